@@ -1,0 +1,144 @@
+"""The correction: what the ROM says must be taken off a position, for the end of each word and for an event in it.
+
+`corrected = position - ((line[angle >> 11] + sub[(angle & 2047) >> 2] + 8) >> 4)`, as `arcref.CorrectionRom.correct`.
+
+Both tables have one read port, yet an event needs a look-up of its own when it lies in another cell than the word's
+end. A cell of the finer table is 4 counts and a word has 4 steps at most, so a word touches two neighbouring cells at
+most: the one the word before ended in, whose correction is still held, and one other. So one look-up a word serves both.
+"""
+
+from amaranth.hdl import Cat, Module, Mux, Signal, signed
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from arcref_gateware.register_stages import delayed
+from arcref_gateware.table_memory import TABLE_CLOCKS, TableMemory
+
+CELL_BITS = 2
+"""Low bits of the angle that the tables do not see: a cell of the finer table is 4 counts."""
+
+CELL_NUMBER_BITS = 21
+"""Bits of a cell's number in the turn: 9 address the finer table, the 12 above them the line table."""
+
+CORRECTION_BITS = 14
+"""Bits of a correction in whole counts: (2 x 32767 + 8) >> 4 is 4096."""
+
+CORRECTION_CLOCKS = 1 + TABLE_CLOCKS + 3
+"""Clocks from `angle` to `word_correction` and `event_correction`."""
+
+
+class Correction(wiring.Component):
+    """Looks the corrections up, `CORRECTION_CLOCKS` clocks after the angle of a word.
+
+    Parameters: the two tables, as 16-bit words. Until the word is homed its corrections are 0.
+    While `check_enable` is high the tables serve the power-up check at `check_address`, and every correction is 0
+    until the second word after it.
+    """
+
+    def __init__(self, line_words, subdivision_words):
+        self.line_words, self.subdivision_words = line_words, subdivision_words
+        super().__init__(
+            {
+                "angle": In(CELL_NUMBER_BITS + CELL_BITS),
+                "homed": In(1),
+                "event": In(1),
+                "event_angle": In(CELL_NUMBER_BITS + CELL_BITS),
+                "usable": In(1),
+                "check_enable": In(1),
+                "check_address": In(CELL_NUMBER_BITS),
+                "line_word": Out(16),
+                "subdivision_word": Out(16),
+                "word_correction": Out(signed(CORRECTION_BITS)),
+                "event_correction": Out(signed(CORRECTION_BITS)),
+                "active": Out(1),
+            }
+        )
+
+    angle: In
+    """Angle after the word."""
+    homed: In
+    """1 when the word is homed, with `angle`."""
+    event: In
+    """1 when the word has an event, with `angle`."""
+    event_angle: In
+    """Angle at the event's sample, one clock after `angle`."""
+    usable: In
+    """1 when the power-up check found the tables good."""
+    check_enable: In
+    """1 while the power-up check reads the tables."""
+    check_address: In
+    """What the check reads: 9 low bits for the subdivision table, the 12 above them for the line table."""
+    line_word: Out
+    """Word of the line table, for the check: 1 + `TABLE_CLOCKS` clocks after `check_address`."""
+    subdivision_word: Out
+    """Word of the subdivision table, for the check, with `line_word`."""
+    word_correction: Out
+    """Whole counts to take off the position after the word."""
+    event_correction: Out
+    """Whole counts to take off the position at the event."""
+    active: Out
+    """1 when the word is corrected, with `word_correction`."""
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.line_table = line_table = TableMemory(self.line_words)
+        m.submodules.subdivision_table = subdivision_table = TableMemory(self.subdivision_words)
+
+        # First clock. Before homing, cell 0 is looked up again and again: the zero mark lies at its edge, so the
+        # word that homes finds the correction of the cell it starts from already held.
+        cell = Signal(CELL_NUMBER_BITS)
+        word_homed = Signal()
+        event = Signal()
+        looked_up = Signal()
+        last_cell_odd = Signal()
+        last_looked_up = Signal()
+        m.d.sync += [
+            cell.eq(Mux(self.check_enable, self.check_address, Mux(self.homed, self.angle[CELL_BITS:], 0))),
+            word_homed.eq(self.homed),
+            event.eq(self.event & ~self.check_enable),
+            looked_up.eq(~self.check_enable),
+            last_cell_odd.eq(cell[0]),
+            last_looked_up.eq(looked_up),
+        ]
+        # Neighbouring cells differ in their lowest bit.
+        next_cell_odd = self.angle[CELL_BITS] & self.homed
+        moved_on = Signal()
+        m.d.sync += moved_on.eq((next_cell_odd ^ cell[0]) | ~looked_up)
+        event_cell = self.event_angle[CELL_BITS:]
+        event_moved_on = event_cell[0] ^ last_cell_odd
+
+        address = Signal(CELL_NUMBER_BITS)
+        m.d.comb += [
+            address.eq(Mux(event & ~moved_on, event_cell, cell)),
+            subdivision_table.address.eq(address[: len(subdivision_table.address)]),
+            line_table.address.eq(address[len(subdivision_table.address) :]),
+            self.line_word.eq(line_table.data),
+            self.subdivision_word.eq(subdivision_table.data),
+        ]
+
+        # Then the sum of both tables, rounded to whole counts in two clocks.
+        table_sum = Signal(signed(17))
+        rounded = Signal(signed(CORRECTION_BITS))
+        m.d.sync += [
+            table_sum.eq(line_table.data.as_signed() + subdivision_table.data.as_signed()),
+            rounded.eq(table_sum[4:].as_signed() + table_sum[3]),
+        ]
+        wait = TABLE_CLOCKS + 2
+        use_new = delayed(m, moved_on, wait, name="moved_on")
+        event_use_new = delayed(m, event_moved_on, wait, name="event_moved_on")
+        correct_now = delayed(m, word_homed & looked_up & last_looked_up & self.usable, wait, name="correct_now")
+
+        held = Signal(signed(CORRECTION_BITS))
+        word_value = Mux(use_new, rounded, held)
+        m.d.sync += [
+            held.eq(word_value),
+            self.word_correction.eq(Mux(correct_now, word_value, 0)),
+            self.event_correction.eq(Mux(correct_now, Mux(event_use_new, rounded, held), 0)),
+            self.active.eq(correct_now),
+        ]
+        return m
+
+
+def cell_number(line_address, subdivision_address):
+    """The cell number that reads these two addresses."""
+    return Cat(subdivision_address, line_address)

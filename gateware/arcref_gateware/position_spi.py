@@ -1,0 +1,116 @@
+"""The SPI port: one position frame a chip select, and command frames the other way.
+
+SPI mode 0. The three inputs are asynchronous and sampled by the word clock through two registers each. The output is
+chosen by the sampled clock itself, a clock before the edge is even recognised: that is what lets SCK run at one eighth
+of the word clock with time left for the pads. Chip select must stay high for three word clocks between frames and fall
+four before the first rising edge of SCK.
+"""
+
+from amaranth.hdl import Cat, Const, Module, Mux, Signal
+from amaranth.lib import wiring
+from amaranth.lib.cdc import FFSynchronizer
+from amaranth.lib.crc.catalog import CRC8_AUTOSAR
+from amaranth.lib.wiring import In, Out
+
+from arcref.position_frame import COMMAND_CLEAR_FLAGS, FRAME_BITS, FRAME_FIELD, FRAME_FIELDS
+
+LOWEST_CLOCK_RATIO = 8
+"""Word clocks in one SCK period, at the least."""
+
+SENT_BITS = FRAME_BITS - FRAME_FIELD["crc"].width
+"""Bits before the CRC: 56."""
+
+
+class PositionSpi(wiring.Component):
+    """Sends a snapshot of its inputs as chip select falls, and takes commands.
+
+    A command acts when chip select rises after exactly 64 bits whose CRC is right; anything else does nothing.
+    Chip select raised at any bit leaves the port ready for the next frame.
+    """
+
+    sck: In(1)
+    """SPI clock, asynchronous."""
+    cs_n: In(1)
+    """Chip select, active low, asynchronous."""
+    copi: In(1)
+    """Data from the controller, asynchronous."""
+    cipo: Out(1)
+    """Data to the controller: 0 while chip select is high, and after bit 64."""
+    angle: In(FRAME_FIELD["angle"].width)
+    """Corrected angle, in counts."""
+    homed: In(1)
+    """1 when homed."""
+    flags: In(FRAME_FIELD["flags"].width)
+    """The flag byte."""
+    turns: In(FRAME_FIELD["turns"].width)
+    """Lowest bits of the turn count."""
+    clear_flags: Out(FRAME_FIELD["flags"].width)
+    """Bit n: clear flag n, for one clock, as a command asks."""
+
+    def elaborate(self, platform):
+        m = Module()
+        sck, cs_n, copi = Signal(), Signal(init=1), Signal()
+        m.submodules.sck_synchroniser = FFSynchronizer(self.sck, sck)
+        m.submodules.cs_n_synchroniser = FFSynchronizer(self.cs_n, cs_n, init=1)
+        m.submodules.copi_synchroniser = FFSynchronizer(self.copi, copi)
+        last_sck, last_cs_n = Signal(), Signal(init=1)
+        m.d.sync += [last_sck.eq(sck), last_cs_n.eq(cs_n)]
+        selected = ~cs_n
+        starts = last_cs_n & selected
+        ends = ~last_cs_n & cs_n
+        samples = Signal()
+        m.d.comb += samples.eq(selected & ~last_cs_n & sck & ~last_sck)
+
+        # `following` holds the bit that the next low phase of SCK shows, `showing` the one that a high phase keeps.
+        following = Signal(SENT_BITS)
+        showing = Signal()
+        bit = Signal(range(FRAME_BITS + 2))
+        frame_counter = Signal(FRAME_FIELD["frame_counter"].width)
+        values = {
+            "angle": self.angle,
+            "homed": self.homed,
+            "flags": self.flags,
+            "turns": self.turns,
+            "frame_counter": frame_counter,
+        }
+        snapshot = Cat(*(values[field.name] for field in reversed(FRAME_FIELDS) if field.name in values))
+        m.submodules.sent_crc = sent_crc = CRC8_AUTOSAR(data_width=1).create()
+        load_crc = Signal()
+        m.d.comb += [
+            self.cipo.eq(selected & Mux(sck, showing, following[-1])),
+            sent_crc.start.eq(starts),
+            sent_crc.data.eq(following[-1]),
+            sent_crc.valid.eq(samples),
+        ]
+        m.d.sync += load_crc.eq(samples & (bit == SENT_BITS - 1))
+        with m.If(~sck):
+            m.d.sync += showing.eq(following[-1])
+        with m.If(starts):
+            m.d.sync += [following.eq(snapshot), frame_counter.eq(frame_counter + 1), bit.eq(0)]
+        with m.Elif(load_crc):
+            m.d.sync += following.eq(Cat(Const(0, SENT_BITS - len(sent_crc.crc)), sent_crc.crc))
+        with m.Elif(samples):
+            m.d.sync += following.eq(Cat(Const(0, 1), following[:-1]))
+            with m.If(bit != FRAME_BITS + 1):
+                m.d.sync += bit.eq(bit + 1)
+
+        # The command: its first two bytes are kept, the five after them must be zero.
+        m.submodules.received_crc = received_crc = CRC8_AUTOSAR(data_width=1).create()
+        command, argument = Signal(8), Signal(8)
+        rest_is_zero = Signal()
+        m.d.comb += [
+            received_crc.start.eq(starts),
+            received_crc.data.eq(copi),
+            received_crc.valid.eq(samples),
+        ]
+        with m.If(starts):
+            m.d.sync += rest_is_zero.eq(1)
+        with m.Elif(samples):
+            with m.If(bit < 16):
+                m.d.sync += Cat(argument, command).eq(Cat(copi, argument, command))
+            with m.Elif((bit < SENT_BITS) & copi):
+                m.d.sync += rest_is_zero.eq(0)
+        whole = ends & (bit == FRAME_BITS) & received_crc.match_detected & rest_is_zero
+        with m.If(whole & (command == COMMAND_CLEAR_FLAGS)):
+            m.d.comb += self.clear_flags.eq(argument)
+        return m

@@ -1,0 +1,181 @@
+"""The power-up check: all three tables are read through, and the correction is used only when their CRCs hold."""
+
+from amaranth.hdl import Cat, Const, Module, Mux, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from arcref.angle import LINES_PER_TURN
+from arcref.correction_rom import SUBDIVISION_ENTRIES
+from arcref.rom_identity import IDENTITY_WORDS, MAGIC, MAGIC_WORDS, TABLE_CRC_WORDS
+from arcref_gateware.register_stages import delayed
+from arcref_gateware.table_memory import TABLE_CLOCKS, TableMemory
+
+CRC32_POLYNOMIAL = 0xEDB88320
+"""Polynomial of zlib's CRC-32, least significant bit first."""
+
+CRC32_START = 0xFFFFFFFF
+"""Register of CRC-32 before the first word."""
+
+CRC32_RESIDUE = 0xDEBB20E3
+"""Register of CRC-32 after a message and its own CRC, whatever the message was."""
+
+READ_CLOCKS = 1 + TABLE_CLOCKS
+"""Clocks from an address to the words of all tables."""
+
+
+def crc32_fold(word):
+    """What 16 bits do to the CRC register: the register's own low half and each data word go through this alike."""
+    folded = Const(0, 32)
+    for bit in range(16):
+        register = 1 << bit
+        for _ in range(16):
+            register = register >> 1 ^ (CRC32_POLYNOMIAL if register & 1 else 0)
+        folded = folded ^ Mux(word[bit], register, 0)
+    return folded
+
+
+class Crc32(wiring.Component):
+    """zlib's CRC-32 over 16-bit words, low byte first, one word a clock."""
+
+    CLOCKS = 2
+    """Clocks from `word` to `register`."""
+
+    word: In(16)
+    """The next word."""
+    take: In(1)
+    """1 to take `word`."""
+    restart: In(1)
+    """1 to start again; not together with `take`."""
+    register: Out(32, init=CRC32_START)
+    """The register, not inverted: zlib's value is its complement."""
+
+    def elaborate(self, platform):
+        m = Module()
+        # The word's part is folded a clock ahead, which leaves two levels of logic in the register's own loop.
+        word_part = Signal(32)
+        take, restart = delayed(m, self.take, 1, name="take"), delayed(m, self.restart, 1, name="restart")
+        with m.If(self.take):
+            m.d.sync += word_part.eq(crc32_fold(self.word))
+        with m.If(restart):
+            m.d.sync += self.register.eq(CRC32_START)
+        with m.Elif(take):
+            m.d.sync += self.register.eq(self.register[16:] ^ crc32_fold(self.register[:16]) ^ word_part)
+        return m
+
+
+class RomCheck(wiring.Component):
+    """Reads the identity, the line table and the subdivision table once after reset and says whether they are good.
+
+    The identity ends with a CRC of its own. The CRC of the two tables stands in it and is fed in after them, so one
+    register compared with one constant decides both. While `busy` is high, `address` belongs to the check.
+    """
+
+    CLOCKS = (IDENTITY_WORDS + 1) + (LINES_PER_TURN + SUBDIVISION_ENTRIES + 2) + (READ_CLOCKS + 1 + Crc32.CLOCKS + 2)
+    """Clocks from reset to the first one with `busy` low."""
+
+    def __init__(self, identity_words):
+        self.identity_words = identity_words
+        super().__init__(
+            {
+                "busy": Out(1, init=1),
+                "address": Out(21),
+                "line_word": In(16),
+                "subdivision_word": In(16),
+                "good": Out(1),
+                "fault": Out(1),
+            }
+        )
+
+    busy: Out
+    """1 from reset until the verdict."""
+    address: Out
+    """Cell number whose words `line_word` and `subdivision_word` are, `READ_CLOCKS` clocks later."""
+    line_word: In
+    """Word of the line table."""
+    subdivision_word: In
+    """Word of the subdivision table."""
+    good: Out
+    """1 once all tables were found good."""
+    fault: Out
+    """1 for one clock, the first with `busy` low, when a table was found bad."""
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.identity = identity = TableMemory(self.identity_words)
+        place = Signal(range(LINES_PER_TURN))
+        takes = Signal()
+        source_line, source_subdivision, source_crc = Signal(), Signal(), Signal()
+        ends_identity, ends_tables = Signal(), Signal()
+        last_small, last_line = place[:9].all(), place.all()
+        m.d.comb += self.address.eq(Cat(place[:9], place))
+
+        m.d.sync += place.eq(place + 1)
+        with m.FSM():
+            with m.State("IDENTITY"):
+                m.d.comb += takes.eq(1)
+                with m.If(last_small):
+                    m.next = "IDENTITY_END"
+            with m.State("IDENTITY_END"):
+                m.d.comb += ends_identity.eq(1)
+                m.d.sync += place.eq(0)
+                m.next = "LINE"
+            with m.State("LINE"):
+                m.d.comb += [takes.eq(1), source_line.eq(1)]
+                with m.If(last_line):
+                    m.d.sync += place.eq(0)
+                    m.next = "SUBDIVISION"
+            with m.State("SUBDIVISION"):
+                m.d.comb += [takes.eq(1), source_subdivision.eq(1)]
+                with m.If(last_small):
+                    m.d.sync += place.eq(0)
+                    m.next = "TABLE_CRC"
+            with m.State("TABLE_CRC"):
+                m.d.comb += [takes.eq(1), source_crc.eq(1)]
+                with m.If(place[0]):
+                    m.next = "TABLE_END"
+            with m.State("TABLE_END"):
+                m.d.comb += ends_tables.eq(1)
+                m.next = "WAIT"
+            with m.State("WAIT"):
+                pass
+
+        # The identity is read a clock later than the others are, whose address goes through the correction first.
+        m.d.sync += identity.address.eq(place)
+        tags = Cat(takes, source_line, source_subdivision, source_crc, ends_identity, ends_tables)
+        tags = delayed(m, tags, READ_CLOCKS, name="read")
+        read_place = delayed(m, place, READ_CLOCKS, name="read_place")
+        in_identity = tags[0] & ~tags[1:4].any()
+
+        table_crc = Signal(32)
+        magic_good = Signal(init=1)
+        for half, crc_word in enumerate(TABLE_CRC_WORDS):
+            with m.If(in_identity & (read_place == crc_word)):
+                m.d.sync += table_crc.word_select(half, 16).eq(identity.data)
+        for magic_place, magic in zip(MAGIC_WORDS, MAGIC, strict=True):
+            with m.If(in_identity & (read_place == magic_place) & (identity.data != magic)):
+                m.d.sync += magic_good.eq(0)
+
+        word = Signal(16)
+        m.d.sync += word.eq(
+            Mux(tags[1], self.line_word, 0)
+            | Mux(tags[2], self.subdivision_word, 0)
+            | Mux(tags[3], table_crc.word_select(read_place[0], 16), 0)
+            | Mux(in_identity, identity.data, 0)
+        )
+        m.submodules.crc = crc = Crc32()
+        take, end_identity, end_tables = (delayed(m, tags[i], 1, name="word") for i in (0, 4, 5))
+        m.d.comb += [crc.word.eq(word), crc.take.eq(take), crc.restart.eq(end_identity)]
+
+        # The register is compared a clock after the last word went in.
+        matches = Signal()
+        identity_good = Signal()
+        m.d.sync += matches.eq(crc.register == CRC32_RESIDUE)
+        identity_ended = delayed(m, end_identity, Crc32.CLOCKS, name="identity_ended")
+        tables_ended = delayed(m, end_tables, Crc32.CLOCKS + 1, name="tables_ended")
+        verdict = identity_good & magic_good & matches
+        with m.If(identity_ended):
+            m.d.sync += identity_good.eq(matches)
+        m.d.sync += self.fault.eq(0)
+        with m.If(tables_ended):
+            m.d.sync += [self.busy.eq(0), self.good.eq(verdict), self.fault.eq(~verdict)]
+        return m

@@ -1,0 +1,86 @@
+"""Reading calibration results, `CAL.json`: format, version, kind, the error curve and where it comes from."""
+
+import json
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from arcref.input_error import InputError
+from arcref.input_file import InputFile, read_input_file
+
+FORMAT = "arcref-calibration"
+VERSION = 1
+KINDS = ("polygon", "closure", "theodolite", "subdivision")
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationFile:
+    """A calibration result.
+
+    `angle_deg`: float64[n], degrees of the turn, or for kind subdivision degrees of one grating line (`line_deg` in
+    the file); `error_arcsec`: float64[n]; `u_arcsec`: standard uncertainty (k=1), float64[n], or None when not stated.
+    """
+
+    file: InputFile
+    kind: str
+    angle_deg: np.ndarray
+    error_arcsec: np.ndarray
+    u_arcsec: np.ndarray | None
+    results: dict = field(repr=False)
+    provenance: dict = field(repr=False)
+
+
+def read_calibration(path, kinds: tuple[str, ...] = KINDS) -> CalibrationFile:
+    """Read a calibration of one of `kinds`.
+
+    Raises `InputError` when it cannot be read, is of another format, version or kind, or its curve is not three lists
+    of the same length of finite numbers, with no uncertainty below zero.
+    """
+    file = read_input_file(path)
+    content = file.json_object()
+    for key, expected in (("format", (FORMAT,)), ("version", (VERSION,)), ("kind", kinds)):
+        value = content.get(key)
+        if value not in expected or isinstance(value, bool):
+            wanted = " or ".join(repr(choice) for choice in expected)
+            raise InputError.at(path, f"is {_short(value)}, {wanted} was expected", column=key)
+    for key in ("results", "provenance"):
+        if not isinstance(content.setdefault(key, {}), dict):
+            raise InputError.at(path, f"is {_short(content[key])}, a JSON object was expected", column=key)
+        try:
+            json.dumps(content[key], allow_nan=False)
+        except ValueError:
+            raise InputError.at(path, "holds a number that is not finite", column=key) from None
+    curve = content.get("curve")
+    if not isinstance(curve, dict):
+        raise InputError.at(path, f"is {_short(curve)}, a JSON object was expected", column="curve")
+    angle = _numbers(path, curve, "line_deg" if content["kind"] == "subdivision" else "angle_deg")
+    error = _numbers(path, curve, "error_arcsec", len(angle))
+    u = None if curve.get("u_arcsec") is None else _numbers(path, curve, "u_arcsec", len(angle))
+    if u is not None and (u < 0).any():
+        index = int(np.argmax(u < 0))
+        problem = f"is {u[index]:g}, an uncertainty of 0 or more was expected"
+        raise InputError.at(path, problem, column=f"curve.u_arcsec[{index}]")
+    return CalibrationFile(file, content["kind"], angle, error, u, content["results"], content["provenance"])
+
+
+def _numbers(path, curve: dict, key: str, length: int | None = None) -> np.ndarray:
+    values = curve.get(key)
+    if not isinstance(values, list):
+        raise InputError.at(path, f"is {_short(values)}, a list of numbers was expected", column=f"curve.{key}")
+    if length is not None and len(values) != length:
+        problem = f"has {len(values)} numbers, {length} were expected, one for each angle"
+        raise InputError.at(path, problem, column=f"curve.{key}")
+    for index, value in enumerate(values):
+        if type(value) not in (int, float) or abs(value) > 1e300 or not math.isfinite(value):
+            problem = f"is {_short(value)}, a finite number was expected"
+            raise InputError.at(path, problem, column=f"curve.{key}[{index}]")
+    return np.array(values, float)
+
+
+def _short(value) -> str:
+    """A value out of the file, on one line and not too long for an error message."""
+    if value is None:
+        return "missing"
+    text = repr(value)
+    return text if len(text) <= 40 else text[:37] + "..."

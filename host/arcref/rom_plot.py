@@ -1,0 +1,70 @@
+"""Plot of a calibration: the errors at the faces, the fitted curve, and what the table of the ROM holds."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+
+from arcref.angle import ARCSEC_PER_COUNT, LINES_PER_TURN
+from arcref.correction_rom import FRACTION_BITS, CorrectionRom
+from arcref.error_curve import ErrorCurve
+from arcref.input_error import InputError
+from arcref.radial_basis_network import RadialBasisNetwork
+
+KINDS = (".svg", ".png", ".pdf")
+
+
+def rom_plot(curve: ErrorCurve, network: RadialBasisNetwork, rom: CorrectionRom, path) -> bytes:
+    """The plot as the content of a file; the ending of `path` (svg, png or pdf) says which kind.
+
+    The same calibration gives the same bytes. Raises `InputError` for another ending.
+    """
+    kind = Path(path).suffix.lower()
+    if kind not in KINDS:
+        raise InputError(f"{path}: a plot's name must end in {', '.join(KINDS)}")
+    # Imported here: it takes half a second, and most runs draw nothing.
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    with rc_context({"svg.hashsalt": "arcref", "font.size": 9}):
+        figure = Figure(figsize=(9, 6), layout="constrained")
+        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+        _draw_curve(above, curve, network, rom)
+        _draw_difference(below, network, rom)
+        figure.suptitle(f"Error of the encoder over the turn, {len(curve.angle_deg)} faces, CRC 0x{rom.crc32:08X}")
+        content = io.BytesIO()
+        # No date in the file: the clock would make two runs differ.
+        metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind[1:])
+        figure.savefig(content, format=kind[1:], metadata=metadata)
+    return content.getvalue()
+
+
+def _line_deg() -> np.ndarray:
+    return (np.arange(LINES_PER_TURN) + 0.5) * (360.0 / LINES_PER_TURN)
+
+
+def _table_arcsec(rom: CorrectionRom) -> np.ndarray:
+    return rom.line_table * (ARCSEC_PER_COUNT / (1 << FRACTION_BITS))
+
+
+def _draw_curve(axes, curve: ErrorCurve, network: RadialBasisNetwork, rom: CorrectionRom) -> None:
+    axes.plot(_line_deg(), _table_arcsec(rom), color="0.75", linewidth=5, label="ROM, one entry a grating line")
+    angle_deg = np.linspace(0.0, 360.0, 1441)
+    axes.plot(angle_deg, network.evaluate(angle_deg), color="C0", label=f"fit, spread {network.spread_deg:g} deg")
+    expanded = None if curve.u_arcsec is None else 2 * curve.u_arcsec
+    label = "reading" if expanded is None else "reading with expanded uncertainty (k=2)"
+    axes.errorbar(np.mod(curve.angle_deg, 360.0), curve.error_arcsec, expanded, fmt="o", color="C3", label=label)
+    axes.set_ylabel("error / arcsec")
+    axes.grid(alpha=0.3)
+    axes.legend(loc="best")
+
+
+def _draw_difference(axes, network: RadialBasisNetwork, rom: CorrectionRom) -> None:
+    line_deg = _line_deg()
+    difference = _table_arcsec(rom) - network.evaluate(line_deg)
+    axes.plot(line_deg, difference * 1000, linewidth=0.5, color="C0")
+    axes.set_ylabel("ROM - fit\n/ 0.001 arcsec")
+    axes.set_xlabel("angle / deg")
+    axes.set_xlim(0, 360)
+    axes.set_xticks(range(0, 361, 30))
+    axes.grid(alpha=0.3)

@@ -1,0 +1,47 @@
+"""The error of the encoder within one grating line (sub-divisional error), as a calibration gives it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from arcref.calibration_file import read_calibration
+from arcref.input_error import InputError
+
+FEWEST_POINTS = 8
+"""Errors of order 4 within a line are usual; fewer points than this cannot show them."""
+
+
+@dataclass(frozen=True, eq=False)
+class SubdivisionCurve:
+    """Errors (reading - true angle) over one grating line, which repeats 4096 times a turn.
+
+    `line_deg`: float64[n], increasing, 360 to a line, first to last less than 360 apart; `error_arcsec`: float64[n].
+    """
+
+    line_deg: np.ndarray
+    error_arcsec: np.ndarray
+    provenance: dict = field(default_factory=dict)
+
+    @classmethod
+    def from_calibration_json(cls, path) -> "SubdivisionCurve":
+        """Read the curve of a `CAL.json` of kind subdivision.
+
+        Raises `InputError` as `read_calibration` does, for fewer than eight points, and for phases that do not
+        increase or span a line or more.
+        """
+        calibration = read_calibration(path, ("subdivision",))
+        phase = calibration.angle_deg
+        if phase.size < FEWEST_POINTS:
+            problem = f"has {phase.size} points, at least {FEWEST_POINTS} were expected"
+            raise InputError.at(path, problem, column="curve.line_deg")
+        bad = np.flatnonzero((np.diff(phase) <= 0) | (phase[1:] >= phase[0] + 360.0))
+        if bad.size:
+            index = int(bad[0]) + 1
+            problem = f"is {phase[index]:g}, increasing phases within 360 deg of the first were expected"
+            raise InputError.at(path, problem, column=f"curve.line_deg[{index}]")
+        record = calibration.file.record | {"kind": calibration.kind, "provenance": calibration.provenance}
+        return cls(phase, calibration.error_arcsec, {"inputs": [record]})
+
+    def evaluate(self, line_deg) -> np.ndarray:
+        """The error in arcsec at the phases `line_deg` of a line, straight from point to point around the line."""
+        return np.interp(line_deg, self.line_deg, self.error_arcsec, period=360.0)
