@@ -12,7 +12,13 @@ from amaranth.utils import exact_log2
 from arcref_gateware.register_stages import delayed
 
 SPACING_BITS = 16
-"""Bits of a spacing; the largest value stands for itself and all above."""
+"""Bits of a spacing; the largest value stands for none."""
+
+
+def longest_quiet_words(samples_per_word: int) -> int:
+    """Words without an edge after which a spacing is no longer measured: half the range of a spacing, 32768 samples."""
+    return (1 << SPACING_BITS - 1) // samples_per_word
+
 
 EDGE_SPACING_CLOCKS = 4
 """Clocks from the steps of a word to `at_limit`."""
@@ -46,7 +52,7 @@ class EdgeSpacing(wiring.Component):
     clear: In
     """1 starts the search for the shortest spacing again."""
     shortest: Out
-    """Shortest spacing seen, in sample periods; 65535 when none was, or none below that. One clock after `at_limit`."""
+    """Shortest spacing seen, in sample periods; 65535 when none was. One clock after `at_limit`."""
     at_limit: Out
     """1 for each word in which two edges were one sample apart."""
 
@@ -63,7 +69,8 @@ class EdgeSpacing(wiring.Component):
         first = Signal(range(samples))
         after_last = Signal(range(samples))
         inner = Signal(range(samples))
-        m.d.sync += [any_edge.eq(edges.any()), first_counted.eq(0), inner.eq(0)]
+        # `first` and `after_last` mean nothing without an edge; giving them a value then saves their clock enables.
+        m.d.sync += [any_edge.eq(edges.any()), first_counted.eq(0), first.eq(0), after_last.eq(0), inner.eq(0)]
         for i in reversed(range(samples)):
             with m.If(edges[i]):
                 m.d.sync += [first.eq(i), first_counted.eq(counted[i])]
@@ -76,34 +83,46 @@ class EdgeSpacing(wiring.Component):
                 m.d.sync += inner.eq(gap)
 
         # Second clock: words without an edge before this one, and the samples after the last edge.
-        quiet_words = Signal(SPACING_BITS - place_bits, init=~0)
+        # Its highest bit says that the last edge lies too far back, or that there was none.
+        start = longest_quiet_words(samples)
+        quiet_words = Signal(range(start + 1), init=start)
         quiet_samples = Signal(place_bits)
-        from_before = Signal(SPACING_BITS)
+        words_between = Signal.like(quiet_words)
+        neighbours = Signal()
+        near_part = Signal(place_bits + 1)
         cross_valid = Signal()
-        inner_2 = delayed(m, inner, 1, name="inner")
         with m.If(any_edge):
             m.d.sync += [quiet_words.eq(0), quiet_samples.eq(after_last)]
-        with m.Elif(~quiet_words.all()):
+        with m.Elif(~quiet_words[-1]):
             m.d.sync += quiet_words.eq(quiet_words + 1)
         m.d.sync += [
-            from_before.eq((quiet_words << place_bits) | quiet_samples),
-            # With the word count at its end the last edge lies too far back, or there was none.
-            cross_valid.eq(any_edge & first_counted & ~quiet_words.all()),
+            words_between.eq(quiet_words),
+            neighbours.eq(quiet_words == 0),
+            near_part.eq(quiet_samples + first + 1),
+            cross_valid.eq(any_edge & first_counted & ~quiet_words[-1]),
         ]
-        first_2 = delayed(m, first, 1, name="first")
+        inner_2 = delayed(m, inner, 1, name="inner")
 
-        # Third clock: the spacing across words. Fourth: the smaller of the two.
+        # Third clock: the spacing across words, and whether it is the shorter one. A pair inside a word is closer
+        # than any across words with a word between them.
         cross = Signal(SPACING_BITS)
+        cross_is_shorter = Signal()
+        cross_at_limit = Signal()
+        m.d.sync += [
+            cross.eq((words_between << place_bits) + near_part),
+            cross_is_shorter.eq(cross_valid & ((inner_2 == 0) | (neighbours & (near_part <= inner_2)))),
+            cross_at_limit.eq(cross_valid & neighbours & (near_part == 1)),
+        ]
+        inner_3 = delayed(m, inner_2, 1, name="inner_2")
+
+        # Fourth clock: the word's shortest spacing.
         spacing = Signal(SPACING_BITS)
         spacing_valid = Signal()
-        m.d.sync += cross.eq(from_before + first_2 + 1)
-        cross_valid_3, inner_3 = delayed(m, cross_valid, 1, name="cross_valid"), delayed(m, inner_2, 1, name="inner_2")
-        cross_is_shorter = cross_valid_3 & ((inner_3 == 0) | (cross <= inner_3))
         m.d.sync += [
             spacing.eq(Mux(cross_is_shorter, cross, inner_3)),
-            spacing_valid.eq(cross_valid_3 | (inner_3 != 0)),
+            spacing_valid.eq(cross_is_shorter | (inner_3 != 0)),
+            self.at_limit.eq(cross_at_limit | (inner_3 == 1)),
         ]
-        m.d.comb += self.at_limit.eq(spacing_valid & (spacing == 1))
         with m.If(self.clear):
             m.d.sync += self.shortest.eq(self.shortest.init)
         with m.Elif(spacing_valid & (spacing < self.shortest)):

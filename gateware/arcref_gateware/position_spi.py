@@ -20,6 +20,9 @@ LOWEST_CLOCK_RATIO = 8
 SENT_BITS = FRAME_BITS - FRAME_FIELD["crc"].width
 """Bits before the CRC: 56."""
 
+COMMAND_BITS = 16
+"""Bits of a command that are kept: the command byte and its argument."""
+
 
 class PositionSpi(wiring.Component):
     """Sends a snapshot of its inputs as chip select falls, and takes commands.
@@ -62,9 +65,9 @@ class PositionSpi(wiring.Component):
         m.d.comb += samples.eq(selected & ~last_cs_n & sck & ~last_sck)
 
         # `following` holds the bit that the next low phase of SCK shows, `showing` the one that a high phase keeps.
-        following = Signal(SENT_BITS)
-        showing = Signal()
-        bit = Signal(range(FRAME_BITS + 2))
+        following = Signal(SENT_BITS, reset_less=True)
+        showing = Signal(reset_less=True)
+        bit = Signal(range(FRAME_BITS + 2), reset_less=True)
         frame_counter = Signal(FRAME_FIELD["frame_counter"].width)
         values = {
             "angle": self.angle,
@@ -82,7 +85,15 @@ class PositionSpi(wiring.Component):
             sent_crc.data.eq(following[-1]),
             sent_crc.valid.eq(samples),
         ]
-        m.d.sync += load_crc.eq(samples & (bit == SENT_BITS - 1))
+        # SCK leaves eight clocks a bit, so where the frame stands may be known a clock late.
+        last_before_crc, in_command, in_rest, complete = Signal(), Signal(), Signal(), Signal()
+        m.d.sync += [
+            last_before_crc.eq(bit == SENT_BITS - 1),
+            in_command.eq(bit < COMMAND_BITS),
+            in_rest.eq((bit >= COMMAND_BITS) & (bit < SENT_BITS)),
+            complete.eq(bit == FRAME_BITS),
+            load_crc.eq(samples & last_before_crc),
+        ]
         with m.If(~sck):
             m.d.sync += showing.eq(following[-1])
         with m.If(starts):
@@ -96,8 +107,8 @@ class PositionSpi(wiring.Component):
 
         # The command: its first two bytes are kept, the five after them must be zero.
         m.submodules.received_crc = received_crc = CRC8_AUTOSAR(data_width=1).create()
-        command, argument = Signal(8), Signal(8)
-        rest_is_zero = Signal()
+        command, argument = Signal(8, reset_less=True), Signal(8, reset_less=True)
+        rest_is_zero = Signal(reset_less=True)
         m.d.comb += [
             received_crc.start.eq(starts),
             received_crc.data.eq(copi),
@@ -106,11 +117,16 @@ class PositionSpi(wiring.Component):
         with m.If(starts):
             m.d.sync += rest_is_zero.eq(1)
         with m.Elif(samples):
-            with m.If(bit < 16):
+            with m.If(in_command):
                 m.d.sync += Cat(argument, command).eq(Cat(copi, argument, command))
-            with m.Elif((bit < SENT_BITS) & copi):
+            with m.Elif(in_rest & copi):
                 m.d.sync += rest_is_zero.eq(0)
-        whole = ends & (bit == FRAME_BITS) & received_crc.match_detected & rest_is_zero
-        with m.If(whole & (command == COMMAND_CLEAR_FLAGS)):
+        obeyed = Signal()
+        asked = Signal()
+        m.d.sync += [
+            asked.eq(rest_is_zero & (command == COMMAND_CLEAR_FLAGS)),
+            obeyed.eq(ends & complete & received_crc.match_detected & asked),
+        ]
+        with m.If(obeyed):
             m.d.comb += self.clear_flags.eq(argument)
         return m

@@ -84,15 +84,13 @@ class Quadrature(wiring.Component):
             # Of two neighbouring states the new A differs from the old B just when A leads.
             leads.eq(a ^ before_b),
             # Only the very first sample after reset has no sample before it.
-            has_before.eq(~0),
-            has_before[0].eq(earlier_valid),
+            has_before.eq(Cat(earlier_valid, word_valid.replicate(width - 1))),
         ]
         counted = (changed_a ^ changed_b) & has_before
-        with m.If(word_valid):
-            m.d.sync += [
-                self.forward.eq(counted & leads),
-                self.reverse.eq(counted & ~leads),
-                self.illegal.eq(changed_a & changed_b & has_before),
-                self.gate.eq(z & (a if gate_a else ~a) & (b if gate_b else ~b)),
-            ]
+        m.d.sync += [
+            self.forward.eq(counted & leads),
+            self.reverse.eq(counted & ~leads),
+            self.illegal.eq(changed_a & changed_b & has_before),
+            self.gate.eq(z & (a if gate_a else ~a) & (b if gate_b else ~b) & word_valid.replicate(width)),
+        ]
         return m

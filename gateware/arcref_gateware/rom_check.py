@@ -3,6 +3,7 @@
 from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
 
 from arcref.angle import LINES_PER_TURN
 from arcref.correction_rom import SUBDIVISION_ENTRIES
@@ -45,21 +46,23 @@ class Crc32(wiring.Component):
     take: In(1)
     """1 to take `word`."""
     restart: In(1)
-    """1 to start again; not together with `take`."""
-    register: Out(32, init=CRC32_START)
+    """1 to start, and to start again; not together with `take`."""
+    register: Out(32)
     """The register, not inverted: zlib's value is its complement."""
 
     def elaborate(self, platform):
         m = Module()
         # The word's part is folded a clock ahead, which leaves two levels of logic in the register's own loop.
-        word_part = Signal(32)
+        word_part = Signal(32, reset_less=True)
+        register = Signal(32, reset_less=True)
         take, restart = delayed(m, self.take, 1, name="take"), delayed(m, self.restart, 1, name="restart")
         with m.If(self.take):
             m.d.sync += word_part.eq(crc32_fold(self.word))
         with m.If(restart):
-            m.d.sync += self.register.eq(CRC32_START)
+            m.d.sync += register.eq(CRC32_START)
         with m.Elif(take):
-            m.d.sync += self.register.eq(self.register[16:] ^ crc32_fold(self.register[:16]) ^ word_part)
+            m.d.sync += register.eq(register[16:] ^ crc32_fold(register[:16]) ^ word_part)
+        m.d.comb += self.register.eq(register)
         return m
 
 
@@ -70,15 +73,18 @@ class RomCheck(wiring.Component):
     register compared with one constant decides both. While `busy` is high, `address` belongs to the check.
     """
 
-    CLOCKS = (IDENTITY_WORDS + 1) + (LINES_PER_TURN + SUBDIVISION_ENTRIES + 2) + (READ_CLOCKS + 1 + Crc32.CLOCKS + 2)
+    CLOCKS = (1 + IDENTITY_WORDS + 1) + (LINES_PER_TURN + SUBDIVISION_ENTRIES + 2) + (READ_CLOCKS + 1 + Crc32.CLOCKS + 2)
     """Clocks from reset to the first one with `busy` low."""
+
+    SMALL_BITS = exact_log2(SUBDIVISION_ENTRIES)
+    """Address bits of the two small tables, the identity and the subdivision table."""
 
     def __init__(self, identity_words):
         self.identity_words = identity_words
         super().__init__(
             {
                 "busy": Out(1, init=1),
-                "address": Out(21),
+                "address": Out(self.SMALL_BITS + exact_log2(LINES_PER_TURN)),
                 "line_word": In(16),
                 "subdivision_word": In(16),
                 "good": Out(1),
@@ -105,18 +111,27 @@ class RomCheck(wiring.Component):
         place = Signal(range(LINES_PER_TURN))
         takes = Signal()
         source_line, source_subdivision, source_crc = Signal(), Signal(), Signal()
-        ends_identity, ends_tables = Signal(), Signal()
-        last_small, last_line = place[:9].all(), place.all()
-        m.d.comb += self.address.eq(Cat(place[:9], place))
+        restarts, ends_identity, ends_tables = Signal(), Signal(), Signal()
+        # Known a clock ahead, so that the state machine waits for no long comparison.
+        last_small, last_line = Signal(), Signal()
+        m.d.sync += [
+            last_small.eq(place[: self.SMALL_BITS] == SUBDIVISION_ENTRIES - 2),
+            last_line.eq(place == LINES_PER_TURN - 2),
+        ]
+        m.d.comb += self.address.eq(Cat(place[: self.SMALL_BITS], place))
 
         m.d.sync += place.eq(place + 1)
         with m.FSM():
+            with m.State("START"):
+                m.d.comb += restarts.eq(1)
+                m.d.sync += place.eq(0)
+                m.next = "IDENTITY"
             with m.State("IDENTITY"):
                 m.d.comb += takes.eq(1)
                 with m.If(last_small):
                     m.next = "IDENTITY_END"
             with m.State("IDENTITY_END"):
-                m.d.comb += ends_identity.eq(1)
+                m.d.comb += [ends_identity.eq(1), restarts.eq(1)]
                 m.d.sync += place.eq(0)
                 m.next = "LINE"
             with m.State("LINE"):
@@ -141,30 +156,38 @@ class RomCheck(wiring.Component):
 
         # The identity is read a clock later than the others are, whose address goes through the correction first.
         m.d.sync += identity.address.eq(place)
-        tags = Cat(takes, source_line, source_subdivision, source_crc, ends_identity, ends_tables)
+        tags = Cat(takes, source_line, source_subdivision, source_crc, ends_identity, ends_tables, restarts)
         tags = delayed(m, tags, READ_CLOCKS, name="read")
-        read_place = delayed(m, place, READ_CLOCKS, name="read_place")
+        read_place = delayed(m, place, READ_CLOCKS - 1, name="read_place")
         in_identity = tags[0] & ~tags[1:4].any()
 
-        table_crc = Signal(32)
+        table_crc = Signal(32, reset_less=True)
+        crc_half = Signal()
         magic_good = Signal(init=1)
+        m.d.sync += crc_half.eq(read_place[0])
         for half, crc_word in enumerate(TABLE_CRC_WORDS):
-            with m.If(in_identity & (read_place == crc_word)):
+            at_crc = Signal(name=f"at_crc{half}")
+            m.d.sync += at_crc.eq(read_place == crc_word)
+            with m.If(in_identity & at_crc):
                 m.d.sync += table_crc.word_select(half, 16).eq(identity.data)
+        misfits = 0
         for magic_place, magic in zip(MAGIC_WORDS, MAGIC, strict=True):
-            with m.If(in_identity & (read_place == magic_place) & (identity.data != magic)):
-                m.d.sync += magic_good.eq(0)
+            at_magic = Signal(name=f"at_magic{magic_place}")
+            wrong = Signal(name=f"wrong{magic_place}")
+            m.d.sync += [at_magic.eq(read_place == magic_place), wrong.eq(identity.data != magic)]
+            misfits = misfits | (delayed(m, in_identity & at_magic, 1, name=f"judges{magic_place}") & wrong)
+        m.d.sync += magic_good.eq(magic_good & ~misfits)
 
-        word = Signal(16)
+        word = Signal(16, reset_less=True)
         m.d.sync += word.eq(
             Mux(tags[1], self.line_word, 0)
             | Mux(tags[2], self.subdivision_word, 0)
-            | Mux(tags[3], table_crc.word_select(read_place[0], 16), 0)
+            | Mux(tags[3], table_crc.word_select(crc_half, 16), 0)
             | Mux(in_identity, identity.data, 0)
         )
         m.submodules.crc = crc = Crc32()
-        take, end_identity, end_tables = (delayed(m, tags[i], 1, name="word") for i in (0, 4, 5))
-        m.d.comb += [crc.word.eq(word), crc.take.eq(take), crc.restart.eq(end_identity)]
+        take, end_identity, end_tables, restart = (delayed(m, tags[i], 1, name="word") for i in (0, 4, 5, 6))
+        m.d.comb += [crc.word.eq(word), crc.take.eq(take), crc.restart.eq(restart)]
 
         # The register is compared a clock after the last word went in.
         matches = Signal()

@@ -24,8 +24,8 @@ STROBE_CLOCKS = 4
 STROBE_REFUSED_CLOCKS = 3
 """Clocks from the word, moved by the fine delay, in which a strobe is refused, to `refused`."""
 
-CHAIN_WORDS = 3
-"""Coarse delays below this go through the chain; the slots need three words to answer."""
+CHAIN_WORDS = 5
+"""Coarse delays below this go through the chain; the slots need five words to answer."""
 
 
 class StrobeDelay(wiring.Component):
@@ -80,49 +80,60 @@ class StrobeDelay(wiring.Component):
         crowded = Signal()
         m.d.sync += [last_moved.eq(moved[-1]), arrived_sample.eq(first), crowded.eq(second)]
 
+        arrived = Signal()
         waits = Signal()
-        waiting_sample, full = self._slots(m, arrived_sample, waits, coarse, coarse_bits)
-        arrived = arrived_sample.any()
+        full = Signal()
         m.d.comb += [
+            arrived.eq(arrived_sample.any()),
             waits.eq(arrived & (coarse >= CHAIN_WORDS)),
             self.refused.eq(crowded | (waits & full)),
         ]
+        waiting_sample = self._slots(m, arrived_sample, waits & ~full, full, coarse)
         chain = [Signal(samples, name=f"chain{words}") for words in range(CHAIN_WORDS)]
         for words, stage in enumerate(chain):
             enters = Mux(coarse == words, arrived_sample, 0)
-            m.d.sync += stage.eq(enters | (chain[words + 1] if words + 1 < CHAIN_WORDS else 0))
-        m.d.sync += chain[0].eq(Mux(coarse == 0, arrived_sample, chain[1]) | waiting_sample)
+            later = chain[words + 1] if words + 1 < CHAIN_WORDS else 0
+            m.d.sync += stage.eq(enters | later | (waiting_sample if words == 0 else 0))
         m.d.comb += [self.due_sample.eq(chain[0]), self.due.eq(chain[0].any())]
         return m
 
-    def _slots(self, m, arrived_sample, waits, coarse, coarse_bits):
-        """The ring of waiting strobes. Returns the sample due two words on, one-hot, and whether the ring is full."""
-        now = Signal(coarse_bits)
-        # The word whose strobes must leave the ring now: two words before they are due, less the clock of `then`.
-        then = Signal(coarse_bits)
-        lead = Signal(coarse_bits)
-        m.d.sync += [now.eq(now + 1), lead.eq(3 - coarse), then.eq(now + lead)]
+    @staticmethod
+    def _slots(m, arrived_sample, accepted, full, coarse):
+        """The ring of waiting strobes. Drives `full`; returns the one-hot sample that falls due in the next word."""
+        now = Signal(len(coarse))
+        # The word whose strobes must leave now: three words before they are due.
+        then = Signal(len(coarse))
+        lead = Signal(len(coarse))
+        m.d.sync += [now.eq(now + 1), lead.eq(4 - coarse), then.eq(now + lead)]
 
+        # The strobe is written a clock after it is accepted, which keeps the slots' enables short.
+        write_now = delayed(m, accepted, 1, name="accepted")
+        write_arrival = delayed(m, now, 1, name="now")
+        write_sample = delayed(m, arrived_sample, 1, name="accepted_sample")
+        write_slot = Signal(PENDING_STROBES, init=1)
         used = Signal(PENDING_STROBES)
-        next_slot = Signal(range(PENDING_STROBES))
-        write = Signal(PENDING_STROBES)
-        leaves = Signal(PENDING_STROBES)
-        full = Signal()
-        m.d.comb += full.eq(used.bit_select(next_slot, 1))
-        with m.If(waits & ~full):
-            m.d.sync += next_slot.eq(next_slot + 1)
-            m.d.comb += write.eq(1 << next_slot)
-        m.d.sync += used.eq((used | write) & ~leaves)
-
-        arrivals = [Signal(coarse_bits, name=f"arrival{slot}") for slot in range(PENDING_STROBES)]
-        waiting = [Signal(len(arrived_sample), name=f"sample{slot}") for slot in range(PENDING_STROBES)]
-        for slot in range(PENDING_STROBES):
-            with m.If(write[slot]):
-                m.d.sync += [arrivals[slot].eq(now), waiting[slot].eq(arrived_sample)]
-            with m.If(used.any()):
-                m.d.comb += leaves[slot].eq(used[slot] & (arrivals[slot] == then))
-        left = delayed(m, leaves, 1, name="left")
+        left = Signal(PENDING_STROBES)
+        pending = Signal(range(PENDING_STROBES + 1))
+        left_sample = Signal(len(arrived_sample))
+        m.d.comb += full.eq(pending[-1])
+        m.d.sync += pending.eq(pending + accepted - left_sample.any())
         chosen = 0
         for slot in range(PENDING_STROBES):
-            chosen = chosen | Mux(left[slot], waiting[slot], 0)
-        return delayed(m, chosen, 1, name="left_sample"), full
+            arrival = Signal(len(coarse), name=f"arrival{slot}", reset_less=True)
+            sample = Signal(len(arrived_sample), name=f"sample{slot}", reset_less=True)
+            # Compared in two clocks, half the bits to a register each.
+            half = len(then) // 2
+            low_equal, high_equal = Signal(name=f"low_equal{slot}"), Signal(name=f"high_equal{slot}")
+            m.d.sync += [
+                low_equal.eq(arrival[:half] == then[:half]),
+                high_equal.eq(arrival[half:] == then[half:]),
+                left[slot].eq(used[slot] & low_equal & high_equal),
+            ]
+            with m.If(write_now & write_slot[slot]):
+                m.d.sync += [arrival.eq(write_arrival), sample.eq(write_sample)]
+            chosen = chosen | Mux(left[slot], sample, 0)
+        m.d.sync += used.eq((used | Mux(write_now, write_slot, 0)) & ~left)
+        with m.If(write_now):
+            m.d.sync += write_slot.eq(write_slot.rotate_left(1))
+        m.d.sync += left_sample.eq(chosen)
+        return left_sample

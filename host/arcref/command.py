@@ -80,7 +80,7 @@ class VerbGroup(click.Group):
             ctx.exit(0)
 
 
-@click.group(cls=VerbGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group("arcref", cls=VerbGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="arcref", prog_name="arcref")
 def main():
     """Tools of arcref, the open 23-bit reference angle encoder."""
@@ -112,7 +112,7 @@ def _missing_package(verb: str, error: ModuleNotFoundError) -> str:
     extra = _extra_of(error.name)
     if extra is None:
         return f"the verb {verb!r} cannot be loaded: {error}"
-    return f"the verb {verb!r} needs the package {error.name!r}: install arcref[{extra}]"
+    return f"the verb {verb!r} needs the package {error.name.partition('.')[0]!r}: install arcref[{extra}]"
 
 
 def _extra_of(module: str | None) -> str | None:
@@ -123,3 +123,7 @@ def _extra_of(module: str | None) -> str | None:
         if name.strip().lower() == package and "extra ==" in condition:
             return condition.partition("extra ==")[2].strip(" '\"")
     return None
+
+
+if __name__ == "__main__":
+    main(prog_name="arcref")

@@ -82,7 +82,8 @@ class CorrectionRom:
             return cls(line, provenance=provenance or {})
         cell = np.arange(SUBDIVISION_ENTRIES) * SUBDIVISION_CELL_COUNTS + SUBDIVISION_CELL_COUNTS / 2
         phase_deg = cell * (360.0 / COUNTS_PER_LINE)
-        return cls(line, _entries(np.asarray(subdivision(phase_deg), float), phase_deg, source, "of a grating line"), provenance or {})
+        within_line = _entries(np.asarray(subdivision(phase_deg), float), phase_deg, source, "of a grating line")
+        return cls(line, within_line, provenance or {})
 
     @cached_property
     def crc32(self) -> int:

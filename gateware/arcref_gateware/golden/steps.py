@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from arcref_gateware.edge_spacing import SPACING_BITS
+from arcref_gateware.edge_spacing import SPACING_BITS, longest_quiet_words
 from arcref_gateware.golden.signal_changes import QUADRATURE_STATE
 
 _STEP_OF_DIFFERENCE = np.array([0, 1, 0, -1], dtype=np.int8)
@@ -27,7 +27,7 @@ class EdgeSpacingModel:
 
     def __init__(self, samples_per_word: int):
         self.samples_per_word = samples_per_word
-        self.longest_quiet_words = (1 << SPACING_BITS) // samples_per_word - 1
+        self.longest_quiet_words = longest_quiet_words(samples_per_word)
         self.last_edge: int | None = None
         self.shortest = NO_SPACING
 
@@ -40,17 +40,14 @@ class EdgeSpacingModel:
         counted = step[is_edge] != 0
         before = edges[0] if self.last_edge is None else self.last_edge
         spacing = np.diff(edges, prepend=before)
-        measured = counted & (spacing < NO_SPACING + 1)
-        measured[0] &= self.last_edge is not None
-        self.last_edge = int(edges[-1])
-        if not measured.any():
-            return None
         words = edges // self.samples_per_word
-        # A spacing that the word counter of the hardware cannot hold is not measured.
-        long = np.flatnonzero(measured & (spacing > NO_SPACING - 2 * self.samples_per_word))
-        for i in long:
+        # Only a spacing near the end of the range needs a look at the words without an edge inside it.
+        measured = counted & (spacing < NO_SPACING)
+        measured[0] &= self.last_edge is not None
+        for i in np.flatnonzero(measured & (spacing >= (self.longest_quiet_words - 1) * self.samples_per_word)):
             quiet = words[i] - (words[i - 1] if i else before // self.samples_per_word) - 1
             measured[i] = quiet < self.longest_quiet_words
+        self.last_edge = int(edges[-1])
         if measured.any():
             self.shortest = min(self.shortest, int(spacing[measured].min()))
         at_limit = np.flatnonzero(measured & (spacing == 1))

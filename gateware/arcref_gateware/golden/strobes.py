@@ -9,7 +9,7 @@ class StrobeModel:
     """Turns rising edges of the strobe into due samples, in order.
 
     A strobe is refused when another one fell due earlier in the same word, or when `PENDING_STROBES` wait for their
-    delay. A waiting strobe makes room two words before it is due.
+    delay. A waiting strobe makes room for one that arrives in the word after the one in which it is due.
     """
 
     def __init__(self, samples_per_word: int, delay: int):
@@ -25,7 +25,7 @@ class StrobeModel:
         for rise in rises:
             arrival = (rise + fine) // self.samples_per_word
             due_word = arrival + coarse
-            while self.waiting and self.waiting[0] + coarse - 2 < arrival:
+            while self.waiting and self.waiting[0] + coarse < arrival:
                 self.waiting.popleft()
             waits = coarse >= CHAIN_WORDS
             if due_word == self.last_due_word or (waits and len(self.waiting) == PENDING_STROBES):

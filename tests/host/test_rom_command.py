@@ -1,0 +1,195 @@
+import hashlib
+import json
+import shutil
+
+import numpy as np
+import pytest
+from arcref import __version__
+from arcref.error_curve import ErrorCurve
+from arcref.radial_basis_network import RadialBasisNetwork
+from arcref.rom_identity import decode_identity
+from arcref.rom_image import load_rom
+
+CALIBRATION = {
+    "format": "arcref-calibration",
+    "version": 1,
+    "kind": "polygon",
+    "curve": {
+        "angle_deg": [15 * i for i in range(24)],
+        "error_arcsec": [2 * float(np.sin(np.radians(15 * i))) for i in range(24)],
+        "u_arcsec": [0.2] * 23 + [0.26],
+    },
+    "results": {},
+    "provenance": {"encoder_serial": "AR-7", "date": "2024-05-17"},
+}
+
+SUBDIVISION = CALIBRATION | {
+    "kind": "subdivision",
+    "curve": {
+        "line_deg": [5.625 * i for i in range(64)],
+        "error_arcsec": [0.3 * float(np.sin(np.radians(4 * 5.625 * i))) for i in range(64)],
+    },
+}
+
+
+@pytest.fixture
+def polygon(tmp_path, examples):
+    """The published run in a folder of its own."""
+    return shutil.copy(examples / "polygon_before_correction.csv", tmp_path / "polygon.csv")
+
+
+def write_json(path, content):
+    path.write_text(json.dumps(content))
+    return path
+
+
+def test_published_run(tmp_path, arcref, polygon, table_1):
+    result = arcref("rom", polygon, "-o", tmp_path / "x.rom.json", "--json", tmp_path / "figures.json")
+    assert (result.exit_code, result.stderr) == (0, "")
+    for text in (
+        "24, 15 deg apart",
+        "15 deg, condition number 17.6",
+        "1.136 arcsec (no correction: 1.316 arcsec)",
+        "-2.163 .. +3.302 arcsec",
+        "No uncertainty was stated",
+        "Resolution is not accuracy",
+    ):
+        assert text in result.stdout
+    rom = load_rom(tmp_path / "x.rom.json")
+    assert f"0x{rom.crc32:08X}" in result.stdout
+    network = RadialBasisNetwork.fit(table_1)
+    middle_deg = (np.arange(4096) + 0.5) * 360 / 4096
+    fit_sixteenths = network.evaluate(middle_deg) * 2**23 / 1296000 * 16
+    assert np.abs(rom.line_table - fit_sixteenths).max() < 1
+    assert not rom.subdivision_table.any()
+    figures = json.loads((tmp_path / "figures.json").read_text())
+    assert figures["rounding_max_counts"] < 0.6
+    assert figures["residual_at_faces_max_arcsec"] < 1e-12
+    assert figures["leave_one_out_rms_arcsec"] == pytest.approx(1.136, abs=5e-4)
+    assert figures["crc32"] == rom.crc32
+
+
+def test_provenance_of_the_published_run(tmp_path, arcref, polygon):
+    arcref("rom", polygon, "-o", tmp_path / "x.rom.json")
+    provenance = load_rom(tmp_path / "x.rom.json").provenance
+    (record,) = provenance["inputs"]
+    assert record["file"] == "polygon.csv"
+    with open(polygon, "rb") as file:
+        assert record["sha256"] == hashlib.sha256(file.read()).hexdigest()
+    assert provenance["encoder_serial"] is None
+    assert provenance["date"] is None
+    assert provenance["expanded_uncertainty_arcsec"] is None
+    assert provenance["expanded_uncertainty_reason"] == "the input is a reduced curve that states no uncertainty"
+    assert provenance["arcref_version"] == __version__
+    assert provenance["method"]["name"] == "wrapped RBF network"
+    assert provenance["method"]["spread_deg"] == 15
+
+
+def test_serial_and_date_come_from_the_metadata(tmp_path, arcref, polygon):
+    with open(polygon, encoding="utf-8") as file:
+        content = file.read()
+    (tmp_path / "own.csv").write_text("# encoder_serial: AR-9\n# date: 2023-11-02\n" + content)
+    arcref("rom", tmp_path / "own.csv", "-o", tmp_path / "x.rom.json")
+    words = [int(line, 16) for line in (tmp_path / "x.identity.mem").read_text().split()]
+    identity = decode_identity(np.array(words))
+    assert identity.values["serial"] == "AR-9"
+    assert identity.values["date"] == "2023-11-02"
+    assert identity.values["expanded uncertainty"] == "not stated"
+    assert identity.table_crc32 == load_rom(tmp_path / "x.rom.json").crc32
+
+
+def test_same_input_same_bytes(tmp_path, arcref, polygon):
+    def files(name):
+        folder = tmp_path / name
+        folder.mkdir()
+        result = arcref("rom", polygon, "-o", folder / "x.rom.json", "--plot", folder / "x.svg", "--json", folder / "j")
+        assert result.exit_code == 0
+        return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+    first = files("a")
+    assert first == files("b")
+    assert set(first) == {"x.rom.json", "x.line.mem", "x.subdivision.mem", "x.identity.mem", "x.svg", "j"}
+    assert first["x.svg"].startswith(b"<?xml")
+
+
+def test_calibration_with_uncertainty_and_subdivision(tmp_path, arcref):
+    calibration = write_json(tmp_path / "cal.json", CALIBRATION)
+    within_line = write_json(tmp_path / "within.json", SUBDIVISION)
+    result = arcref("rom", calibration, "--subdivision", within_line, "-o", tmp_path / "x.rom.json")
+    assert result.exit_code == 0, result.stderr
+    assert "0.52 arcsec (k=2)" in result.stdout
+    rom = load_rom(tmp_path / "x.rom.json")
+    assert rom.provenance["encoder_serial"] == "AR-7"
+    assert rom.provenance["expanded_uncertainty_arcsec"] == 0.52
+    assert [record["kind"] for record in rom.provenance["inputs"]] == ["polygon", "subdivision"]
+    within = rom.subdivision_table / 16 * 1296000 / 2**23
+    phase = np.radians((np.arange(512) + 0.5) * 360 / 512)
+    assert np.abs(within - 0.3 * np.sin(4 * phase)).max() < 0.011
+    position = np.arange(2**23)[::101]
+    angle = position * 2 * np.pi / 2**23
+    error = 2 * np.sin(angle) + 0.3 * np.sin(4 * 4096 * angle)
+    left = error - rom.correction(position) * 1296000 / 2**23
+    assert np.abs(left).max() < 0.62 * 1296000 / 2**23
+
+
+def test_spread_and_ridge_are_used(tmp_path, arcref, polygon, table_1):
+    result = arcref("rom", polygon, "-o", tmp_path / "x.rom.json", "--spread", "12.5", "--ridge", "0.2")
+    assert result.exit_code == 0
+    method = load_rom(tmp_path / "x.rom.json").provenance["method"]
+    network = RadialBasisNetwork.fit(table_1, 12.5, 0.2)
+    assert method["spread_deg"] == 12.5
+    assert method["ridge"] == 0.2
+    assert method["leave_one_out_rms_arcsec"] == round(network.leave_one_out_rms_arcsec, 3)
+
+
+@pytest.mark.parametrize(("spread", "caution"), [("25", "foretold worse"), ("5", "falls back to zero between")])
+def test_cautions(tmp_path, arcref, polygon, spread, caution):
+    assert caution in arcref("rom", polygon, "-o", tmp_path / "x.rom.json", "--spread", spread).stdout
+
+
+def test_a_part_of_the_turn_is_cautioned(tmp_path, arcref):
+    (tmp_path / "part.csv").write_text("position_deg,error_arcsec\n0,1\n10,2\n20,1\n30,0\n")
+    result = arcref("rom", tmp_path / "part.csv", "-o", tmp_path / "x.rom.json")
+    assert "nothing was measured in the 330 deg behind 30 deg" in " ".join(result.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--spread", "60"], "a spread c of 60 deg is badly conditioned (condition number above 1e+16"),
+        (["--spread", "45"], "a spread c of 45 deg is badly conditioned (condition number 4.1e+13, the limit"),
+        (["--spread", "nan"], "the spread is nan deg, a positive number was expected"),
+        (["--ridge", "-1"], "the ridge is -1, zero or a positive number was expected"),
+        (["--plot", "x.gif"], "x.gif: a plot's name must end in .svg, .png, .pdf"),
+    ],
+)
+def test_bad_options(tmp_path, arcref, polygon, options, message):
+    result = arcref("rom", polygon, "-o", tmp_path / "x.rom.json", *options)
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"arcref: {message}")
+    assert result.stderr.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["polygon.csv"]
+
+
+def test_the_measured_data_are_never_overwritten(tmp_path, arcref, polygon):
+    before = ErrorCurve.from_polygon_csv(polygon).provenance
+    for options in (["-o", polygon], ["-o", tmp_path / "x.rom.json", "--json", polygon]):
+        result = arcref("rom", polygon, *options)
+        assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
+    calibration = write_json(tmp_path / "cal.json", CALIBRATION)
+    result = arcref("rom", calibration, "-o", calibration)
+    assert result.stderr == f"arcref: {calibration}: this name is given to two files of this run\n"
+    assert json.loads(calibration.read_text()) == CALIBRATION
+    assert ErrorCurve.from_polygon_csv(polygon).provenance == before
+
+
+def test_output_in_a_missing_folder(tmp_path, arcref, polygon):
+    output = tmp_path / "none" / "x.rom.json"
+    result = arcref("rom", polygon, "-o", output)
+    assert result.exit_code == 2
+    assert result.stderr == f"arcref: {output}: cannot be written: No such file or directory\n"
+
+
+def test_a_file_name_with_brackets_is_shown_as_it_is(tmp_path, arcref, examples):
+    path = shutil.copy(examples / "polygon_before_correction.csv", tmp_path / "[red]run.csv")
+    assert "[red]run.csv" in arcref("rom", path, "-o", tmp_path / "x.rom.json").stdout.replace("\n", "")
