@@ -34,7 +34,7 @@ CORE_PORTS: tuple[Port, ...] = (
     Port("z", "input", 0, "Samples of the zero pulse Z, bit 0 the oldest."),
     Port("strobe", "input", 0, "Samples of the strobe, bit 0 the oldest. Its rising edge captures the position."),
     Port("raw_position", "output", 48, "Position as counted, after the last sample of a word.", signed=True),
-    Port("position", "output", 48, "Position after the correction; equal to raw_position while that is off.", signed=True),
+    Port("position", "output", 48, "Corrected position; raw_position while the correction is off.", signed=True),
     Port("homed", "output", 1, "1 once the first index has set the zero."),
     Port("illegal_steps", "output", 16, "Samples in which A and B both changed; stays at 65535 when reached."),
     Port("closure_error", "output", 24, "Closure error at the last checked index, in counts.", signed=True),

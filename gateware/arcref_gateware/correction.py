@@ -4,7 +4,7 @@
 
 Both tables have one read port, yet an event needs a look-up of its own when it lies in another cell than the word's
 end. A cell of the finer table is 4 counts and a word has 4 steps at most, so a word touches two neighbouring cells at
-most: the one the word before ended in, whose correction is still held, and one other. So one look-up a word serves both.
+most: the one the word before ended in, whose correction is still held, and one other. One look-up a word serves both.
 """
 
 from amaranth.hdl import Cat, Module, Mux, Signal, signed

@@ -13,6 +13,7 @@ from amaranth.lib.crc.catalog import CRC8_AUTOSAR
 from amaranth.lib.wiring import In, Out
 
 from arcref.position_frame import COMMAND_CLEAR_FLAGS, FRAME_BITS, FRAME_FIELD, FRAME_FIELDS
+from arcref_gateware.register_stages import delayed
 
 LOWEST_CLOCK_RATIO = 8
 """Word clocks in one SCK period, at the least."""
@@ -60,9 +61,11 @@ class PositionSpi(wiring.Component):
         m.d.sync += [last_sck.eq(sck), last_cs_n.eq(cs_n)]
         selected = ~cs_n
         starts = last_cs_n & selected
-        ends = ~last_cs_n & cs_n
-        samples = Signal()
-        m.d.comb += samples.eq(selected & ~last_cs_n & sck & ~last_sck)
+        # A rising edge is acted on a clock late; what it changes is shown only once SCK has fallen again.
+        samples, received = Signal(), Signal()
+        m.d.sync += [samples.eq(selected & ~last_cs_n & sck & ~last_sck), received.eq(copi)]
+        # Late enough for the last bit to have gone through the CRC.
+        ended = delayed(m, ~last_cs_n & cs_n, 3, name="ended")
 
         # `following` holds the bit that the next low phase of SCK shows, `showing` the one that a high phase keeps.
         following = Signal(SENT_BITS, reset_less=True)
@@ -111,21 +114,21 @@ class PositionSpi(wiring.Component):
         rest_is_zero = Signal(reset_less=True)
         m.d.comb += [
             received_crc.start.eq(starts),
-            received_crc.data.eq(copi),
+            received_crc.data.eq(received),
             received_crc.valid.eq(samples),
         ]
         with m.If(starts):
             m.d.sync += rest_is_zero.eq(1)
         with m.Elif(samples):
             with m.If(in_command):
-                m.d.sync += Cat(argument, command).eq(Cat(copi, argument, command))
-            with m.Elif(in_rest & copi):
+                m.d.sync += Cat(argument, command).eq(Cat(received, argument, command))
+            with m.Elif(in_rest & received):
                 m.d.sync += rest_is_zero.eq(0)
         obeyed = Signal()
         asked = Signal()
         m.d.sync += [
             asked.eq(rest_is_zero & (command == COMMAND_CLEAR_FLAGS)),
-            obeyed.eq(ends & complete & received_crc.match_detected & asked),
+            obeyed.eq(ended & complete & received_crc.match_detected & asked),
         ]
         with m.If(obeyed):
             m.d.comb += self.clear_flags.eq(argument)

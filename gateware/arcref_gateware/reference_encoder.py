@@ -235,8 +235,9 @@ class ReferenceEncoder(wiring.Component):
 
         # Watches: each waits until its word is through the correction.
         closure_start = LATENCY_CLOCKS - CLOSURE_CLOCKS
+        word_angle = position.position[:ANGLE_BITS]
         m.d.comb += [
-            closure.angle.eq(delayed(m, position.position[:ANGLE_BITS], closure_start - POSITION_READY, name="closure")),
+            closure.angle.eq(delayed(m, word_angle, closure_start - POSITION_READY, name="closure")),
             closure.homed.eq(delayed(m, index_detector.homed, closure_start - SUMS_READY, name="closure_homed")),
             closure.index.eq(delayed(m, index_detector.index, closure_start - SUMS_READY, name="closure_index")),
             closure.home.eq(delayed(m, index_detector.home, closure_start - SUMS_READY, name="closure_home")),

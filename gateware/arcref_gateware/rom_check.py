@@ -73,7 +73,7 @@ class RomCheck(wiring.Component):
     register compared with one constant decides both. While `busy` is high, `address` belongs to the check.
     """
 
-    CLOCKS = (1 + IDENTITY_WORDS + 1) + (LINES_PER_TURN + SUBDIVISION_ENTRIES + 2) + (READ_CLOCKS + 1 + Crc32.CLOCKS + 2)
+    CLOCKS = 1 + IDENTITY_WORDS + 1 + LINES_PER_TURN + SUBDIVISION_ENTRIES + 2 + READ_CLOCKS + Crc32.CLOCKS + 3
     """Clocks from reset to the first one with `busy` low."""
 
     SMALL_BITS = exact_log2(SUBDIVISION_ENTRIES)

@@ -62,7 +62,6 @@ class StrobeDelay(wiring.Component):
         m = Module()
         samples = self.samples_per_word
         fine_bits = exact_log2(samples)
-        coarse_bits = STROBE_DELAY_BITS - fine_bits
         fine = self.delay[:fine_bits] if fine_bits else Const(0, 1)
         coarse = self.delay[fine_bits:]
 

@@ -4,7 +4,7 @@ from amaranth.back import verilog
 
 from arcref_gateware.core_ports import CORE_PORTS, MODULE_NAME
 from arcref_gateware.position_spi import LOWEST_CLOCK_RATIO
-from arcref_gateware.reference_encoder import LATENCY_CLOCKS, ReferenceEncoder
+from arcref_gateware.reference_encoder import FIRST_CORRECTED_WORD, LATENCY_CLOCKS, ReferenceEncoder
 from arcref_gateware.strobe_delay import PENDING_STROBES
 from arcref_gateware.toolchain import use_installed_yosys
 
@@ -40,6 +40,7 @@ def describe_core(core: ReferenceEncoder, *, observed: bool = False) -> dict:
         "pending_strobes": PENDING_STROBES,
         "gate_state": list(core.gate_state),
         "spi_lowest_clock_ratio": LOWEST_CLOCK_RATIO,
+        "first_corrected_word": FIRST_CORRECTED_WORD,
         "rom_crc32": core.rom.crc32,
         "ports": {"clk": 1, "rst": 1} | widths,
     }

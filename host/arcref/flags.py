@@ -43,7 +43,7 @@ FLAG_MEANINGS: dict[Flag, FlagMeaning] = {
     Flag.ILLEGAL_STEP: FlagMeaning(
         "illegal step",
         "A and B changed in the same sample, so the direction is unknown and nothing was counted.",
-        "The count is off by 2 or by nothing. Look for noise on A or B, or a speed beyond the samples; then home again.",
+        "The count is off by 2 or by nothing. Look for noise on A or B, or for a speed beyond the samples.",
     ),
     Flag.CLOSURE_ERROR: FlagMeaning(
         "closure error",
@@ -57,7 +57,7 @@ FLAG_MEANINGS: dict[Flag, FlagMeaning] = {
     ),
     Flag.CAPTURE_OVERRUN: FlagMeaning(
         "capture overrun",
-        "A strobe came while 16 others waited for their delay, or two fell due in one sample word: it was not captured.",
+        "A strobe came while 16 others waited for their delay, or two fell due in one sample word; it was refused.",
         "Strobe less often or set a shorter delay.",
     ),
     Flag.ROM_FAULT: FlagMeaning(

@@ -3,10 +3,11 @@
 from pathlib import Path
 
 import pytest
-from arcref.command import main
-from arcref.error_curve import ErrorCurve
 from click.testing import CliRunner
 from hypothesis import HealthCheck, settings
+
+from arcref.command import main
+from arcref.error_curve import ErrorCurve
 
 # A busy machine is no failure.
 settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])

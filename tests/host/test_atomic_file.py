@@ -2,6 +2,7 @@ import os
 import stat
 
 import pytest
+
 from arcref import atomic_file
 from arcref.atomic_file import write_bytes, write_files, write_text
 from arcref.input_error import InputError

@@ -6,9 +6,10 @@ import subprocess
 import sys
 from importlib.metadata import EntryPoint
 
-import arcref as package
 import click
 import pytest
+
+import arcref as package
 from arcref import command
 from arcref.input_error import InputError
 

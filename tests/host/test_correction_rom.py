@@ -3,12 +3,13 @@ import zlib
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
 from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_TURN
 from arcref.correction_rom import CorrectionRom
 from arcref.input_error import InputError
 from arcref.radial_basis_network import RadialBasisNetwork
-from hypothesis import given
-from hypothesis import strategies as st
 
 
 def random_rom(seed=1) -> CorrectionRom:

@@ -2,6 +2,7 @@ import json
 
 import numpy as np
 import pytest
+
 from arcref.error_curve import ErrorCurve
 from arcref.error_statistics import ErrorStatistics
 from arcref.input_error import InputError

@@ -1,6 +1,9 @@
 from itertools import combinations
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
 from arcref.angle import COUNTS_PER_TURN
 from arcref.flags import Flag
 from arcref.position_frame import (
@@ -14,8 +17,6 @@ from arcref.position_frame import (
     decode_short,
     encode_clear_flags,
 )
-from hypothesis import given
-from hypothesis import strategies as st
 
 frames = st.builds(
     PositionFrame,

@@ -5,6 +5,7 @@ Where the print does not follow from the tables, the right figure is asserted an
 
 import numpy as np
 import pytest
+
 from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_TURN
 from arcref.error_statistics import ErrorStatistics
 from arcref.radial_basis_network import RadialBasisNetwork, gaussian

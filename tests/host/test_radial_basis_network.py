@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from arcref.error_curve import ErrorCurve
 from arcref.input_error import InputError
 from arcref.radial_basis_network import RadialBasisNetwork, gaussian

@@ -4,6 +4,7 @@ import shutil
 
 import numpy as np
 import pytest
+
 from arcref import __version__
 from arcref.error_curve import ErrorCurve
 from arcref.radial_basis_network import RadialBasisNetwork

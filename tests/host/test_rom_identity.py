@@ -2,10 +2,11 @@ import zlib
 
 import numpy as np
 import pytest
-from arcref.correction_rom import CorrectionRom
-from arcref.rom_identity import TABLE_CRC_WORDS, TEXT_BYTES, decode_identity, identity_words
 from hypothesis import given
 from hypothesis import strategies as st
+
+from arcref.correction_rom import CorrectionRom
+from arcref.rom_identity import TABLE_CRC_WORDS, TEXT_BYTES, decode_identity, identity_words
 
 TABLE = np.arange(-2048, 2048)
 

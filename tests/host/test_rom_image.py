@@ -3,6 +3,7 @@ import json
 import click
 import numpy as np
 import pytest
+
 from arcref.command import HOST_VERBS
 from arcref.correction_rom import CorrectionRom
 from arcref.input_error import InputError

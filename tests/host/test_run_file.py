@@ -2,10 +2,11 @@ import hashlib
 
 import numpy as np
 import pytest
-from arcref.input_error import InputError
-from arcref.run_file import read_run_file
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from arcref.input_error import InputError
+from arcref.run_file import read_run_file
 
 COLUMNS = ("position_deg", "error_arcsec")
 

@@ -1,0 +1,67 @@
+# arcref: the front door. `make` does the main job, `make help` lists the rest.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+BUILD  := build
+RUN    := examples/polygon_before_correction.csv
+ROM    := $(BUILD)/arcref.rom.json
+CORE   := $(BUILD)/core.v
+SPEED  ?= 10
+TURNS  ?= 10
+SAMPLES ?= 4
+READY  := $(VENV)/.ready
+HOST_SOURCES     := $(wildcard host/arcref/*.py)
+GATEWARE_SOURCES := $(wildcard gateware/arcref_gateware/*.py)
+
+.DEFAULT_GOAL := zero-return
+.DELETE_ON_ERROR:
+.PHONY: help rom zero-return verilog test bench lint clean pins
+
+help: ## list the targets
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 20
+
+rom: $(ROM) ## fit the published polygon run and write the correction ROM image
+
+zero-return: $(ROM) ## run the simulated zero-return test (SPEED=10 TURNS=10 SAMPLES=4); also what `make` does
+	@$(BIN)/arcref simulate zero-return --speed $(SPEED) --revolutions $(TURNS) --samples $(SAMPLES) --rom $(ROM) \
+	    --curve $(RUN) --page $(BUILD)/zero_return.html --json $(BUILD)/zero_return.json
+
+verilog: $(CORE) ## write the core as Verilog, with the ROM inside
+
+test: $(READY) ## run every test
+	@$(BIN)/python -m pytest
+
+bench: $(ROM) ## the long runs, and the speed of the simulation beside plain cocotb
+	@$(BIN)/python -m pytest -m long --long -s
+	@$(BIN)/arcref simulate speed --rom $(ROM)
+
+lint: $(READY) ## check the style of every Python file
+	@$(BIN)/ruff check .
+
+clean: ## remove what was built, but keep the installed tools
+	rm -rf $(BUILD) .pytest_cache .ruff_cache .hypothesis
+
+pins: ## pin every package again, with hashes, from pyproject.toml (needs pip-compile)
+	pip-compile -q --generate-hashes --strip-extras --allow-unsafe --no-emit-index-url --no-emit-find-links \
+	    -o requirements/host.txt pyproject.toml
+	pip-compile -q --generate-hashes --strip-extras --allow-unsafe --no-emit-index-url --no-emit-find-links \
+	    --extra gateware --extra sim --extra timing --extra test -o requirements/all.txt pyproject.toml
+
+$(READY): pyproject.toml requirements/all.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	    { echo "arcref needs Python 3.11 or newer; name one with: make PYTHON=/path/to/python3.11"; exit 2; }
+	@command -v c++ >/dev/null && command -v perl >/dev/null || \
+	    { echo "arcref needs a C++ compiler and perl; install them, then run make again"; exit 2; }
+	@echo "setting up $(VENV): about a minute, once"
+	@$(PYTHON) -m venv $(VENV)
+	@$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes -r requirements/all.txt
+	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+$(ROM): $(RUN) $(HOST_SOURCES) | $(READY)
+	@mkdir -p $(BUILD)
+	@$(BIN)/arcref rom $(RUN) -o $@ --plot $(BUILD)/arcref.rom.svg
+
+$(CORE): $(ROM) $(GATEWARE_SOURCES) | $(READY)
+	@$(BIN)/arcref verilog --samples $(SAMPLES) --rom $(ROM) -o $@
