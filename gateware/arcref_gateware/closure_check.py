@@ -10,18 +10,18 @@ from arcref_gateware.register_stages import delayed, pipelined_subtract
 CLOSURE_BITS = 24
 """Bits of a closure error."""
 
-CLOSURE_CLOCKS = 4
+CLOSURE_CLOCKS = 6
 """Clocks from a word's position to the state after it."""
 
 
 def _near_whole_turn(m: Module, angle, *, name: str):
-    """Register whether a signed angle lies within one grating line of zero. Returns `(near, negative)`."""
-    near, negative = Signal(name=f"{name}_near"), Signal(name=f"{name}_negative")
+    """Register whether a signed angle lies within one grating line of zero."""
+    near = Signal(name=f"{name}_near")
     line_bits = COUNTS_PER_LINE.bit_length() - 1
     low, high = angle[:line_bits], angle[line_bits:]
     at_upper_end = (high == 1) & (low == 0)
-    m.d.sync += [near.eq((high == 0) | high.all() | at_upper_end), negative.eq(angle[-1])]
-    return near, negative
+    m.d.sync += near.eq((high == 0) | high.all() | at_upper_end)
+    return near
 
 
 class ClosureCheck(wiring.Component):
@@ -63,39 +63,52 @@ class ClosureCheck(wiring.Component):
         waited = Signal(signed(ANGLE_BITS))
         m.d.comb += waited.eq(delayed(m, self.angle, 2, name="angle"))
         # Third clock: near a whole turn or not.
-        index_near, _ = _near_whole_turn(m, at_index, name="index")
-        word_near, word_negative = _near_whole_turn(m, waited, name="word")
-        error = delayed(m, at_index, 1, name="error")
+        index_near = _near_whole_turn(m, at_index, name="index")
+        word_near = _near_whole_turn(m, waited, name="word")
+        word_below = delayed(m, waited[-1], 1, name="word_below")
+        index_off = Signal()
+        m.d.sync += index_off.eq(at_index != 0)
         homed = delayed(m, self.homed, 3, name="homed")
         index = delayed(m, self.index, 3, name="index")
         home = delayed(m, self.home, 3, name="home")
 
+        # Fourth clock: what happened in the word.
+        inside, enters, leaves, below = Signal(), Signal(), Signal(), Signal()
+        index_here, error_here, unexpected, checked_near = Signal(), Signal(), Signal(), Signal()
         checked = index & ~home
-        inside, seen, came_from_below = Signal(), Signal(), Signal()
-        enters = homed & word_near & ~inside
-        leaves = homed & ~word_near & inside
-        index_here = index & (home | index_near)
-        has_seen = (seen & ~enters) | index_here
-        passed = leaves & (came_from_below ^ word_negative)
-        m.d.comb += [
-            self.closure_fault.eq(checked & index_near & (error != 0)),
-            self.index_fault.eq((checked & ~index_near) | (passed & ~has_seen)),
+        m.d.sync += [
+            inside.eq(homed & word_near),
+            enters.eq(homed & word_near & ~inside),
+            leaves.eq(~word_near & inside),
+            below.eq(word_below),
+            index_here.eq(index & (home | index_near)),
+            checked_near.eq(checked & index_near),
+            error_here.eq(checked & index_near & index_off),
+            unexpected.eq(checked & ~index_near),
         ]
-        # Fourth clock: the state after the word.
-        m.d.sync += seen.eq(has_seen)
-        with m.If(enters):
-            m.d.sync += [inside.eq(1), came_from_below.eq(word_negative)]
-        with m.If(leaves):
-            m.d.sync += inside.eq(0)
-        with m.If(index):
+
+        # Fifth clock: the faults. A neighbourhood is left where it was entered, or its whole turn was passed.
+        seen, came_from_below = Signal(), Signal()
+        takes_error = Signal()
+        m.d.sync += [
+            seen.eq((seen & ~enters) | index_here),
+            came_from_below.eq(Mux(enters, below, came_from_below)),
+            takes_error.eq(checked_near),
+            self.closure_fault.eq(error_here),
+            self.index_fault.eq(unexpected | (leaves & (came_from_below ^ below) & ~seen & ~index_here)),
+        ]
+        error = delayed(m, at_index, 3, name="error")
+
+        # Sixth clock: the state after the word.
+        with m.If(delayed(m, index, 2, name="index_counted")):
             m.d.sync += self.index_count.eq(self.index_count + 1)
-        with m.If(checked & index_near):
+        with m.If(takes_error):
             m.d.sync += self.closure_error.eq(error)
 
         size = Signal(range(COUNTS_PER_LINE + 1))
         largest_size = Signal(range(COUNTS_PER_LINE + 1))
         sized, sized_error = Signal(), Signal(signed(CLOSURE_BITS))
-        m.d.sync += [size.eq(Mux(error < 0, -error, error)), sized.eq(checked & index_near), sized_error.eq(error)]
+        m.d.sync += [size.eq(Mux(error < 0, -error, error)), sized.eq(takes_error), sized_error.eq(error)]
         with m.If(self.clear):
             m.d.sync += [largest_size.eq(0), self.largest_closure_error.eq(0)]
         with m.Elif(sized & (size > largest_size)):

@@ -130,12 +130,16 @@ class Correction(wiring.Component):
 
         held = Signal(signed(CORRECTION_BITS))
         word_value = Mux(use_new, rounded, held)
+        # Kept inverted: that is how a subtractor takes its second number, and an iCE40's carry cannot invert by itself.
+        word_inverted = Signal(signed(CORRECTION_BITS), init=-1)
+        event_inverted = Signal(signed(CORRECTION_BITS), init=-1)
         m.d.sync += [
             held.eq(word_value),
-            self.word_correction.eq(Mux(correct_now, word_value, 0)),
-            self.event_correction.eq(Mux(correct_now, Mux(event_use_new, rounded, held), 0)),
+            word_inverted.eq(~Mux(correct_now, word_value, 0)),
+            event_inverted.eq(~Mux(correct_now, Mux(event_use_new, rounded, held), 0)),
             self.active.eq(correct_now),
         ]
+        m.d.comb += [self.word_correction.eq(~word_inverted), self.event_correction.eq(~event_inverted)]
         return m
 
 
