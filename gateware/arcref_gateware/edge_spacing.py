@@ -11,12 +11,12 @@ from amaranth.utils import exact_log2
 
 from arcref_gateware.register_stages import delayed
 
-SPACING_BITS = 16
+SPACING_BITS = 12
 """Bits of a spacing; the largest value stands for none."""
 
 
 def longest_quiet_words(samples_per_word: int) -> int:
-    """Words without an edge after which a spacing is no longer measured: half the range of a spacing, 32768 samples."""
+    """Words without an edge after which a spacing is no longer measured: half the range of a spacing, 2048 samples."""
     return (1 << SPACING_BITS - 1) // samples_per_word
 
 
@@ -52,7 +52,7 @@ class EdgeSpacing(wiring.Component):
     clear: In
     """1 starts the search for the shortest spacing again."""
     shortest: Out
-    """Shortest spacing seen, in sample periods; 65535 when none was. One clock after `at_limit`."""
+    """Shortest spacing seen, in sample periods; 4095 when none below 2048 was. One clock after `at_limit`."""
     at_limit: Out
     """1 for each word in which two edges were one sample apart."""
 

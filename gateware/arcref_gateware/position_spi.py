@@ -60,10 +60,13 @@ class PositionSpi(wiring.Component):
         last_sck, last_cs_n = Signal(), Signal(init=1)
         m.d.sync += [last_sck.eq(sck), last_cs_n.eq(cs_n)]
         selected = ~cs_n
-        starts = last_cs_n & selected
         # A rising edge is acted on a clock late; what it changes is shown only once SCK has fallen again.
-        samples, received = Signal(), Signal()
-        m.d.sync += [samples.eq(selected & ~last_cs_n & sck & ~last_sck), received.eq(copi)]
+        starts, samples, received = Signal(), Signal(), Signal()
+        m.d.sync += [
+            starts.eq(last_cs_n & selected),
+            samples.eq(selected & ~last_cs_n & sck & ~last_sck),
+            received.eq(copi),
+        ]
         # Late enough for the last bit to have gone through the CRC.
         ended = delayed(m, ~last_cs_n & cs_n, 3, name="ended")
 
@@ -99,14 +102,17 @@ class PositionSpi(wiring.Component):
         ]
         with m.If(~sck):
             m.d.sync += showing.eq(following[-1])
-        with m.If(starts):
-            m.d.sync += [following.eq(snapshot), frame_counter.eq(frame_counter + 1), bit.eq(0)]
+        # Followed until chip select falls, so that the first bit is there at once.
+        with m.If(~selected):
+            m.d.sync += following.eq(snapshot)
         with m.Elif(load_crc):
             m.d.sync += following.eq(Cat(Const(0, SENT_BITS - len(sent_crc.crc)), sent_crc.crc))
         with m.Elif(samples):
             m.d.sync += following.eq(Cat(Const(0, 1), following[:-1]))
-            with m.If(bit != FRAME_BITS + 1):
-                m.d.sync += bit.eq(bit + 1)
+        with m.If(starts):
+            m.d.sync += [frame_counter.eq(frame_counter + 1), bit.eq(0)]
+        with m.Elif(samples & (bit != FRAME_BITS + 1)):
+            m.d.sync += bit.eq(bit + 1)
 
         # The command: its first two bytes are kept, the five after them must be zero.
         m.submodules.received_crc = received_crc = CRC8_AUTOSAR(data_width=1).create()

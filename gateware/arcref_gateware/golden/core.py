@@ -75,7 +75,7 @@ class CoreModel:
 
     @property
     def shortest_edge_spacing(self) -> int:
-        """Shortest spacing of two edges so far, in samples; 65535 for none."""
+        """Shortest spacing of two edges so far, in samples; 4095 for none."""
         return self.spacing.shortest
 
     @property
