@@ -5,7 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from arcref.angle import ANGLE_BITS, COUNTS_PER_LINE
-from arcref_gateware.register_stages import delayed, pipelined_subtract
+from arcref_gateware.register_stages import delayed, pipelined_add
 
 CLOSURE_BITS = 24
 """Bits of a closure error."""
@@ -40,8 +40,8 @@ class ClosureCheck(wiring.Component):
     """1 when the word holds an index."""
     home: In(1)
     """1 when that index homes."""
-    index_remainder: In(signed(3))
-    """Sum of the word's steps after the index."""
+    index_way_back: In(signed(3))
+    """Minus the sum of the word's steps after the index."""
     clear: In(1)
     """1 starts the search for the largest closure error again."""
     closure_error: Out(signed(CLOSURE_BITS))
@@ -59,7 +59,7 @@ class ClosureCheck(wiring.Component):
         m = Module()
         # Two clocks: the index's own angle; the word's angle waits for it.
         at_index = Signal(signed(ANGLE_BITS))
-        m.d.comb += at_index.eq(pipelined_subtract(m, self.angle, self.index_remainder, name="at_index"))
+        m.d.comb += at_index.eq(pipelined_add(m, self.angle, self.index_way_back, name="at_index"))
         waited = Signal(signed(ANGLE_BITS))
         m.d.comb += waited.eq(delayed(m, self.angle, 2, name="angle"))
         # Third clock: near a whole turn or not.

@@ -7,7 +7,7 @@ end. A cell of the finer table is 4 counts and a word has 4 steps at most, so a 
 most: the one the word before ended in, whose correction is still held, and one other. One look-up a word serves both.
 """
 
-from amaranth.hdl import Cat, Module, Mux, Signal, signed
+from amaranth.hdl import Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -24,7 +24,7 @@ CORRECTION_BITS = 14
 """Bits of a correction in whole counts: (2 x 32767 + 8) >> 4 is 4096."""
 
 CORRECTION_CLOCKS = 1 + TABLE_CLOCKS + 3
-"""Clocks from `angle` to `word_correction` and `event_correction`."""
+"""Clocks from `angle` to `word_complement`, `event_complement` and `active`."""
 
 
 class Correction(wiring.Component):
@@ -48,8 +48,8 @@ class Correction(wiring.Component):
                 "check_address": In(CELL_NUMBER_BITS),
                 "line_word": Out(16),
                 "subdivision_word": Out(16),
-                "word_correction": Out(signed(CORRECTION_BITS)),
-                "event_correction": Out(signed(CORRECTION_BITS)),
+                "word_complement": Out(signed(CORRECTION_BITS)),
+                "event_complement": Out(signed(CORRECTION_BITS)),
                 "active": Out(1),
             }
         )
@@ -72,12 +72,12 @@ class Correction(wiring.Component):
     """Word of the line table, for the check: 1 + `TABLE_CLOCKS` clocks after `check_address`."""
     subdivision_word: Out
     """Word of the subdivision table, for the check, with `line_word`."""
-    word_correction: Out
-    """Whole counts to take off the position after the word."""
-    event_correction: Out
-    """Whole counts to take off the position at the event."""
+    word_complement: Out
+    """One's complement of the whole counts to take off the position after the word; 0 when it is not corrected."""
+    event_complement: Out
+    """The same for the position at the event."""
     active: Out
-    """1 when the word is corrected, with `word_correction`."""
+    """1 when the word is corrected. Corrected position = position + complement + `active`."""
 
     def elaborate(self, platform):
         m = Module()
@@ -130,19 +130,10 @@ class Correction(wiring.Component):
 
         held = Signal(signed(CORRECTION_BITS))
         word_value = Mux(use_new, rounded, held)
-        # Kept inverted: that is how a subtractor takes its second number, and an iCE40's carry cannot invert by itself.
-        word_inverted = Signal(signed(CORRECTION_BITS), init=-1)
-        event_inverted = Signal(signed(CORRECTION_BITS), init=-1)
         m.d.sync += [
             held.eq(word_value),
-            word_inverted.eq(~Mux(correct_now, word_value, 0)),
-            event_inverted.eq(~Mux(correct_now, Mux(event_use_new, rounded, held), 0)),
+            self.word_complement.eq(Mux(correct_now, ~word_value, 0)),
+            self.event_complement.eq(Mux(correct_now, ~Mux(event_use_new, rounded, held), 0)),
             self.active.eq(correct_now),
         ]
-        m.d.comb += [self.word_correction.eq(~word_inverted), self.event_correction.eq(~event_inverted)]
         return m
-
-
-def cell_number(line_address, subdivision_address):
-    """The cell number that reads these two addresses."""
-    return Cat(subdivision_address, line_address)

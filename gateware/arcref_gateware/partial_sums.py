@@ -10,18 +10,18 @@ PARTIAL_SUM_CLOCKS = 2
 """Clocks from the steps of a word to their sums."""
 
 
-def remainder_at(remainders, one_hot):
-    """The member of `remainders` (signed values, one a sample) that `one_hot` marks; 0 when it marks none."""
+def value_at(values, one_hot):
+    """The member of `values` (signed, one a sample) that `one_hot` marks; 0 when it marks none."""
     chosen = 0
-    for sample, remainder in enumerate(remainders):
-        chosen = chosen | Mux(one_hot[sample], remainder, 0)
+    for sample, value in enumerate(values):
+        chosen = chosen | Mux(one_hot[sample], value, 0)
     return chosen
 
 
 class PartialSums(wiring.Component):
     """Total of a word's steps, and the part of it that falls after each sample, `PARTIAL_SUM_CLOCKS` clocks later.
 
-    The position at sample i is the position after the word less `remainder[i]`: that places an event inside a word.
+    The position at sample i is the position after the word plus `way_back[i]`: that places an event inside a word.
     """
 
     def __init__(self, samples_per_word: int):
@@ -32,7 +32,7 @@ class PartialSums(wiring.Component):
                 "reverse": In(samples_per_word),
                 "index_sample": In(samples_per_word),
                 "total": Out(signed(4)),
-                "remainder": Out(signed(3)).array(samples_per_word),
+                "way_back": Out(signed(3)).array(samples_per_word),
                 "index_remainder": Out(signed(3)),
             }
         )
@@ -45,10 +45,10 @@ class PartialSums(wiring.Component):
     """Bit i: the index was entered at sample i of the word, given one clock after its steps."""
     total: Out
     """Sum of all steps of the word, -N..N."""
-    remainder: Out
-    """`remainder[i]`: sum of the steps of the samples after sample i, -(N-1)..N-1."""
+    way_back: Out
+    """`way_back[i]`: minus the sum of the steps of the samples after sample i, -(N-1)..N-1."""
     index_remainder: Out
-    """The remainder after the sample that `index_sample` marks."""
+    """Sum of the steps after the sample that `index_sample` marks."""
 
     def elaborate(self, platform):
         m = Module()
@@ -66,9 +66,9 @@ class PartialSums(wiring.Component):
         for i in range(samples):
             after = held[i + 1 : i + 2] if i % 2 == 0 else []
             m.d.comb += remainder[i].eq(sum(after) + sum(pair[i // 2 + 1 :]))
-            m.d.sync += self.remainder[i].eq(remainder[i])
+            m.d.sync += self.way_back[i].eq(-remainder[i])
         m.d.sync += [
             self.total.eq(sum(pair)),
-            self.index_remainder.eq(remainder_at(remainder, self.index_sample)),
+            self.index_remainder.eq(value_at(remainder, self.index_sample)),
         ]
         return m

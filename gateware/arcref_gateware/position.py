@@ -26,8 +26,8 @@ class PositionAccumulator(wiring.Component):
     """1 with the word that holds the first index."""
     home_remainder: In(signed(3))
     """Sum of the word's steps after the index."""
-    event_remainder: In(signed(3))
-    """Sum of the word's steps after the sample of an event, given one clock after `total`."""
+    event_way_back: In(signed(3))
+    """Minus the sum of the word's steps after the sample of an event, given one clock after `total`."""
     angle: Out(24)
     """Lowest 24 bits of the position after the word, `ANGLE_CLOCKS` clocks after `total`."""
     event_angle: Out(24)
@@ -50,9 +50,7 @@ class PositionAccumulator(wiring.Component):
             carry, home = next_carry, delayed(m, home, 1, name=f"home{place}")
 
         m.d.comb += self.angle.eq(Cat(delayed(m, segments[0], 1, name="angle0"), segments[1]))
-        event0, event_carry = add_small_to_segment(
-            m, segments[0], self.event_remainder, name="event0", subtract=True
-        )
+        event0, event_carry = add_small_to_segment(m, segments[0], self.event_way_back, name="event0")
         event1, _ = add_small_to_segment(m, segments[1], event_carry, name="event1")
         m.d.comb += self.event_angle.eq(Cat(delayed(m, event0, 1, name="event0"), event1))
         aligned = [

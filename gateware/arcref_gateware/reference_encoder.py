@@ -24,11 +24,11 @@ from arcref_gateware.edge_spacing import EDGE_SPACING_CLOCKS, SPACING_BITS, Edge
 from arcref_gateware.flag_register import FlagRegister
 from arcref_gateware.illegal_steps import IllegalSteps
 from arcref_gateware.index_detector import IndexDetector
-from arcref_gateware.partial_sums import PARTIAL_SUM_CLOCKS, PartialSums, remainder_at
+from arcref_gateware.partial_sums import PARTIAL_SUM_CLOCKS, PartialSums, value_at
 from arcref_gateware.position import ANGLE_CLOCKS, POSITION_CLOCKS, PositionAccumulator
 from arcref_gateware.position_spi import PositionSpi
 from arcref_gateware.quadrature import DEFAULT_GATE_STATE, QUADRATURE_CLOCKS, Quadrature
-from arcref_gateware.register_stages import delayed, pipeline_clocks, pipelined_subtract
+from arcref_gateware.register_stages import delayed, pipeline_clocks, pipelined_add
 from arcref_gateware.rom_check import RomCheck
 from arcref_gateware.strobe_delay import (
     STROBE_CLOCKS,
@@ -187,9 +187,9 @@ class ReferenceEncoder(wiring.Component):
             position.home.eq(index_detector.home),
             position.home_remainder.eq(sums.index_remainder),
         ]
-        event_remainder = Signal(signed(3))
-        m.d.sync += event_remainder.eq(remainder_at(sums.remainder, strobe.due_sample))
-        m.d.comb += position.event_remainder.eq(event_remainder)
+        event_way_back = Signal(signed(3))
+        m.d.sync += event_way_back.eq(value_at(sums.way_back, strobe.due_sample))
+        m.d.comb += position.event_way_back.eq(event_way_back)
 
         # Correction of the word's end and of the event.
         event = delayed(m, strobe.due, ANGLE_READY - STROBE_CLOCKS, name="event")
@@ -206,19 +206,21 @@ class ReferenceEncoder(wiring.Component):
             rom_check.subdivision_word.eq(correction.subdivision_word),
         ]
 
-        def corrected(raw, less, name):
-            return pipelined_subtract(m, raw, less, name=name, segment_bits=SUBTRACT_SEGMENT_BITS)
+        def corrected(raw, complement, name):
+            return pipelined_add(
+                m, raw, complement, carry_in=correction.active, name=name, segment_bits=SUBTRACT_SEGMENT_BITS
+            )
 
         raw = delayed(m, position.position, CORRECTION_READY - POSITION_READY, name="raw")
-        event_wait = delayed(m, event_remainder, POSITION_READY - SUMS_READY - 1, name="event_remainder")
-        event_raw = pipelined_subtract(m, position.position, event_wait, name="event_raw")
+        event_wait = delayed(m, event_way_back, POSITION_READY - SUMS_READY - 1, name="event_way_back")
+        event_raw = pipelined_add(m, position.position, event_wait, name="event_raw")
         event_ready = POSITION_READY + pipeline_clocks(POSITION_BITS)
         event_raw = delayed(m, event_raw, CORRECTION_READY - event_ready, name="event_raw")
         last = LATENCY_CLOCKS - CORRECTION_READY
         m.d.comb += [
-            self.position.eq(corrected(raw, correction.word_correction, "position")),
+            self.position.eq(corrected(raw, correction.word_complement, "position")),
             self.raw_position.eq(delayed(m, raw, last, name="raw_position")),
-            self.capture_position.eq(corrected(event_raw, correction.event_correction, "capture_position")),
+            self.capture_position.eq(corrected(event_raw, correction.event_complement, "capture_position")),
             self.capture_raw.eq(delayed(m, event_raw, last, name="capture_raw")),
             self.capture_valid.eq(delayed(m, event, LATENCY_CLOCKS - ANGLE_READY, name="capture_valid")),
         ]
@@ -235,14 +237,16 @@ class ReferenceEncoder(wiring.Component):
 
         # Watches: each waits until its word is through the correction.
         closure_start = LATENCY_CLOCKS - CLOSURE_CLOCKS
+        index_way_back = Signal(signed(3))
+        m.d.sync += index_way_back.eq(-sums.index_remainder)
         word_angle = position.position[:ANGLE_BITS]
         m.d.comb += [
             closure.angle.eq(delayed(m, word_angle, closure_start - POSITION_READY, name="closure")),
             closure.homed.eq(delayed(m, index_detector.homed, closure_start - SUMS_READY, name="closure_homed")),
             closure.index.eq(delayed(m, index_detector.index, closure_start - SUMS_READY, name="closure_index")),
             closure.home.eq(delayed(m, index_detector.home, closure_start - SUMS_READY, name="closure_home")),
-            closure.index_remainder.eq(
-                delayed(m, sums.index_remainder, closure_start - SUMS_READY, name="closure_remainder")
+            closure.index_way_back.eq(
+                delayed(m, index_way_back, closure_start - SUMS_READY - 1, name="index_way_back")
             ),
             spacing.forward.eq(quadrature.forward),
             spacing.reverse.eq(quadrature.reverse),

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from arcref_gateware.golden.signal_changes import Z_BIT, SignalChanges
 
+from arcref_gateware.golden.signal_changes import Z_BIT, SignalChanges
 from arcref_sim.edge_times import EdgeSource
 from arcref_sim.faults import Fault, LineOverlay
 from arcref_sim.graduation import GraduationError

@@ -7,6 +7,7 @@ show, never the truth. A zero mark that is missing or comes twice is a matter of
 from dataclasses import dataclass
 
 import numpy as np
+
 from arcref_gateware.golden.signal_changes import A_BIT, B_BIT, STROBE_BIT
 
 A_LINE = 1 << A_BIT

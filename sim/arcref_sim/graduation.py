@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+
 from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_TURN
 
 

@@ -7,6 +7,7 @@ solved without search. True angles are floats in counts (turns included), times 
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+
 from arcref.angle import COUNTS_PER_TURN
 
 

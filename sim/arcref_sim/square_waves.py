@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+
 from arcref.angle import COUNTS_PER_TURN
 
 AB_OF_COUNT = np.array([0b11, 0b10, 0b00, 0b01], dtype=np.uint8)

@@ -1,0 +1,72 @@
+"""Tables of the manual, in Markdown, printed from the contract so that no table can say something else.
+
+README.md and docs/ hold them between marks; `make manual` writes them there anew, and a test fails when a page and
+the contract differ.
+"""
+
+import re
+from pathlib import Path
+
+from arcref.atomic_file import write_text
+from arcref.flags import FAULT_FLAGS, FLAG_MEANINGS
+from arcref.input_error import InputError
+from arcref.position_frame import FRAME_FIELDS
+
+
+def markdown_table(head: list[str], rows: list[list[str]]) -> str:
+    """A Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def flag_table() -> str:
+    """Every flag: bit, name, what it says, what to do."""
+    rows = [
+        [
+            str(flag.bit_length() - 1),
+            meaning.name,
+            "fault" if flag & FAULT_FLAGS else "state",
+            meaning.meaning,
+            meaning.action,
+        ]
+        for flag, meaning in FLAG_MEANINGS.items()
+    ]
+    return markdown_table(["bit", "flag", "kind", "what happened", "what to do"], rows)
+
+
+def frame_table() -> str:
+    """The fields of the position frame."""
+    rows = [
+        [
+            f"{field.high}..{field.low}" if field.width > 1 else str(field.high),
+            field.name.replace("_", " "),
+            field.meaning,
+        ]
+        for field in FRAME_FIELDS
+    ]
+    return markdown_table(["bits", "field", "meaning"], rows)
+
+
+def fill_page(text: str, tables: dict[str, str]) -> str:
+    """`text` with what stands between `<!-- table NAME -->` and `<!-- end NAME -->` replaced, for each table named.
+
+    Raises `InputError` for a mark without a table of that name.
+    """
+
+    def filled(match):
+        name = match["name"]
+        if name not in tables:
+            raise InputError(f"the page asks for a table {name!r}, there are {', '.join(sorted(tables))}")
+        return f"<!-- table {name} -->\n{tables[name]}\n<!-- end {name} -->"
+
+    return re.sub(r"<!-- table (?P<name>\w+) -->.*?<!-- end (?P=name) -->", filled, text, flags=re.DOTALL)
+
+
+def fill_pages(pages: list[str], tables: dict[str, str]) -> None:
+    """Write the tables anew into each page."""
+    for page in pages:
+        write_text(page, fill_page(Path(page).read_text(encoding="utf-8"), tables))
+
+
+HOST_TABLES = {"flags": flag_table(), "frame": frame_table()}
+"""Tables that the host's contract gives."""

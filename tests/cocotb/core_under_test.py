@@ -1,0 +1,67 @@
+"""The core that every bench drives: random correction tables that use the whole range of an entry, and one build per word size.
+
+A build is kept under `build/cocotb`, named by a hash of all that went into it, so that it is made once.
+"""
+
+import hashlib
+import os
+import subprocess
+import tempfile
+from pathlib import Path
+
+import cocotb
+import cocotb_tools.config
+import numpy as np
+from arcref.angle import LINES_PER_TURN
+from arcref.correction_rom import ENTRY_MAX, ENTRY_MIN, SUBDIVISION_ENTRIES, CorrectionRom
+from arcref_gateware.core_ports import MODULE_NAME
+from arcref_gateware.reference_encoder import ReferenceEncoder
+from arcref_gateware.verilog_export import export_verilog, port_names
+from arcref_sim.verilator_build import verilator_command, verilator_environment
+
+BUILDS = Path(__file__).parents[2] / "build" / "cocotb"
+
+SAMPLES_VARIABLE = "ARCREF_SAMPLES_PER_WORD"
+"""Environment variable that tells a bench the word size of its core."""
+
+
+def bench_rom() -> CorrectionRom:
+    """The tables of the core, the same in every process."""
+    random = np.random.default_rng(23)
+    line = random.integers(ENTRY_MIN, ENTRY_MAX, LINES_PER_TURN, endpoint=True)
+    return CorrectionRom(line, random.integers(ENTRY_MIN, ENTRY_MAX, SUBDIVISION_ENTRIES, endpoint=True))
+
+
+def build_core(samples_per_word: int) -> Path:
+    """Folder of the simulator of the core with words of `samples_per_word`; compiles it when there is none yet."""
+    text = export_verilog(ReferenceEncoder(bench_rom(), samples_per_word), observed=True)
+    # Only the ports are visible to the bench. With every signal visible, as cocotb's own runner makes it, the model runs
+    # at a third of the speed.
+    names = ["clk", "rst", *port_names(observed=True)]
+    visible = [f'public_flat_rw -module "{MODULE_NAME}" -var "{name}"' for name in names]
+    control = "\n".join(["`verilator_config", *visible, ""])
+    libraries, interface = cocotb_tools.config.libs_dir, cocotb_tools.config.share_dir / "lib/verilator/verilator.cpp"
+    options = ["--cc", "--exe", "--build", "-j", "2", "--vpi", "--timescale", "1ns/1ps", "-Wno-fatal"]
+    options += ["--top-module", MODULE_NAME, "--prefix", "Vtop", "-o", MODULE_NAME]
+    options += ["-LDFLAGS", f"-Wl,-rpath,{libraries} -L{libraries} -lcocotbvpi_verilator", str(interface)]
+    verilator, root = verilator_command()
+    environment = verilator_environment(root)
+    version = subprocess.run([*verilator, "--version"], env=environment, capture_output=True, text=True, check=True)
+    made_of = "\n".join([text, control, *options, cocotb.__version__, version.stdout])
+    folder = BUILDS / f"core{samples_per_word}-{hashlib.sha256(made_of.encode()).hexdigest()[:16]}"
+    if (folder / MODULE_NAME).exists():
+        return folder
+
+    BUILDS.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=BUILDS) as unfinished:
+        place = Path(unfinished) / folder.name
+        place.mkdir()
+        (place / f"{MODULE_NAME}.v").write_text(text)
+        (place / "visible.vlt").write_text(control)
+        command = [*verilator, *options, "--Mdir", ".", "visible.vlt", f"{MODULE_NAME}.v"]
+        done = subprocess.run(command, cwd=place, env=environment, capture_output=True, text=True)
+        if done.returncode:
+            raise RuntimeError(f"Verilator could not build the core:\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}")
+        if not (folder / MODULE_NAME).exists():
+            os.rename(place, folder)
+    return folder

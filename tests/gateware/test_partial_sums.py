@@ -1,0 +1,35 @@
+"""Partial sums: the whole word, and what comes after each of its samples."""
+
+import numpy as np
+import pytest
+from amaranth_bench import Bench, as_bits, assert_rows
+
+from arcref_gateware.partial_sums import PARTIAL_SUM_CLOCKS, PartialSums
+from arcref_gateware.quadrature import SAMPLES_PER_WORD
+
+
+@pytest.mark.parametrize("samples_per_word", SAMPLES_PER_WORD)
+def test_total_and_remainders_of_every_word(samples_per_word, rng):
+    every = np.stack(np.meshgrid(*[[-1, 0, 1]] * samples_per_word), axis=-1).reshape(-1, samples_per_word)
+    step = np.concatenate((rng.permutation(every), rng.integers(-1, 2, (400, samples_per_word)), every))
+    words = len(step)
+    place = rng.integers(-1, samples_per_word, words)
+    index_sample = np.where(place < 0, 0, 1 << np.maximum(place, 0))
+    bench = Bench(
+        PartialSums(samples_per_word),
+        ["forward", "reverse", "index_sample"],
+        ["total", "remainder", "index_remainder"],
+    )
+    rows = bench.run(
+        words + PARTIAL_SUM_CLOCKS,
+        forward=as_bits(step > 0),
+        reverse=as_bits(step < 0),
+        index_sample=np.concatenate(([0], index_sample)),
+    )
+    rows = {name: column[PARTIAL_SUM_CLOCKS:] for name, column in rows.items()}
+
+    remainder = np.cumsum(step[:, ::-1], axis=1)[:, ::-1] - step
+    assert_rows("total", rows["total"], step.sum(axis=1))
+    assert_rows("remainder", rows["remainder"], remainder)
+    chosen = remainder[np.arange(words), place]
+    assert_rows("index remainder", rows["index_remainder"], np.where(place < 0, 0, chosen))
