@@ -16,7 +16,7 @@ GATEWARE_SOURCES := $(wildcard gateware/arcref_gateware/*.py)
 
 .DEFAULT_GOAL := zero-return
 .DELETE_ON_ERROR:
-.PHONY: help rom zero-return verilog test bench lint clean pins
+.PHONY: help rom zero-return verilog test bench lint clean manual pins
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 20
@@ -41,6 +41,9 @@ lint: $(READY) ## check the style of every Python file
 
 clean: ## remove what was built, but keep the installed tools
 	rm -rf $(BUILD) .pytest_cache .ruff_cache .hypothesis
+
+manual: $(READY) ## write the tables of README.md and docs/ anew from the contract
+	@$(BIN)/python -m arcref_gateware.manual_tables README.md docs/core.md
 
 pins: ## pin every package again, with hashes, from pyproject.toml (needs pip-compile)
 	pip-compile -q --generate-hashes --strip-extras --allow-unsafe --no-emit-index-url --no-emit-find-links \
