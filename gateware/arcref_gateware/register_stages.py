@@ -6,12 +6,20 @@ SEGMENT_BITS = 12
 """Longest carry chain of a pipelined adder: 1.6 ns on an iCE40-HX, whose carry takes 0.13 ns a bit."""
 
 
-def delayed(m: Module, value, clocks: int, *, name: str, init: int = 0):
-    """`value`, `clocks` later, through registers `NAME_1`, `NAME_2`, ... Zero clocks give the value itself."""
-    for stage in range(1, clocks + 1):
-        register = Signal(value.shape(), name=f"{name}_{stage}", init=init)
-        m.d.sync += register.eq(value)
-        value = register
+PACKED_BITS = 64
+"""Registers of one delay that are kept in one signal: a simulator moves that many bits in one go."""
+
+
+def delayed(m: Module, value, clocks: int, *, name: str):
+    """`value`, `clocks` later, keeping its shape. Zero clocks give the value itself."""
+    width = len(value)
+    while clocks and width:
+        stages = min(clocks, max(PACKED_BITS // width, 1))
+        clocks -= stages
+        line = Signal(stages * width, name=f"{name}_{clocks}")
+        m.d.sync += line.eq(Cat(value, line))
+        last = line[-width:]
+        value = last.as_signed() if value.shape().signed else last
     return value
 
 

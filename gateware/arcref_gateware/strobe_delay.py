@@ -1,7 +1,7 @@
 """The strobe: its rising edge, delayed by a set number of samples, picks the sample whose position is captured.
 
 The fine part of the delay, less than a word, moves the strobe's samples; the coarse part counts whole words. Short
-delays go through a chain of registers, longer ones wait in a ring of slots that hold the word they arrived in.
+delays go through a chain of registers, longer ones wait in a queue.
 """
 
 from amaranth.hdl import Cat, Const, Module, Mux, Signal
@@ -10,22 +10,16 @@ from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
 from arcref_gateware.index_detector import first_rise
-from arcref_gateware.register_stages import delayed
+from arcref_gateware.pending_strobes import LEAST_WAIT_WORDS, PendingStrobes
 
 STROBE_DELAY_BITS = 16
 """Bits of the delay, in sample periods: 0..65535."""
-
-PENDING_STROBES = 16
-"""Strobes that may wait for their due sample at once."""
 
 STROBE_CLOCKS = 4
 """Clocks from a sample word to the due sample in it."""
 
 STROBE_REFUSED_CLOCKS = 3
 """Clocks from the word, moved by the fine delay, in which a strobe is refused, to `refused`."""
-
-CHAIN_WORDS = 5
-"""Coarse delays below this go through the chain; the slots need five words to answer."""
 
 
 class StrobeDelay(wiring.Component):
@@ -79,60 +73,21 @@ class StrobeDelay(wiring.Component):
         crowded = Signal()
         m.d.sync += [last_moved.eq(moved[-1]), arrived_sample.eq(first), crowded.eq(second)]
 
-        arrived = Signal()
+        # Short delays go through the chain, long ones wait in the queue.
+        m.submodules.pending = pending = PendingStrobes(samples, STROBE_DELAY_BITS - fine_bits)
         waits = Signal()
-        full = Signal()
         m.d.comb += [
-            arrived.eq(arrived_sample.any()),
-            waits.eq(arrived & (coarse >= CHAIN_WORDS)),
-            self.refused.eq(crowded | (waits & full)),
+            waits.eq(arrived_sample.any() & (coarse >= LEAST_WAIT_WORDS)),
+            pending.wait.eq(coarse),
+            pending.accept.eq(waits & ~pending.full),
+            pending.sample.eq(arrived_sample),
+            self.refused.eq(crowded | (waits & pending.full)),
         ]
-        waiting_sample = self._slots(m, arrived_sample, waits & ~full, full, coarse)
-        chain = [Signal(samples, name=f"chain{words}") for words in range(CHAIN_WORDS)]
-        for words, stage in enumerate(chain):
-            enters = Mux(coarse == words, arrived_sample, 0)
-            later = chain[words + 1] if words + 1 < CHAIN_WORDS else 0
-            m.d.sync += stage.eq(enters | later | (waiting_sample if words == 0 else 0))
-        m.d.comb += [self.due_sample.eq(chain[0]), self.due.eq(chain[0].any())]
+        chain = 0
+        for words in reversed(range(LEAST_WAIT_WORDS)):
+            stage = Signal(samples, name=f"chain{words}")
+            entering = Mux(coarse == words, arrived_sample, 0)
+            m.d.sync += stage.eq(entering | chain | (pending.leaving if words == 0 else 0))
+            chain = stage
+        m.d.comb += [self.due_sample.eq(chain), self.due.eq(chain.any())]
         return m
-
-    @staticmethod
-    def _slots(m, arrived_sample, accepted, full, coarse):
-        """The ring of waiting strobes. Drives `full`; returns the one-hot sample that falls due in the next word."""
-        now = Signal(len(coarse))
-        # The word whose strobes must leave now: three words before they are due.
-        then = Signal(len(coarse))
-        lead = Signal(len(coarse))
-        m.d.sync += [now.eq(now + 1), lead.eq(4 - coarse), then.eq(now + lead)]
-
-        # The strobe is written a clock after it is accepted, which keeps the slots' enables short.
-        write_now = delayed(m, accepted, 1, name="accepted")
-        write_arrival = delayed(m, now, 1, name="now")
-        write_sample = delayed(m, arrived_sample, 1, name="accepted_sample")
-        write_slot = Signal(PENDING_STROBES, init=1)
-        used = Signal(PENDING_STROBES)
-        left = Signal(PENDING_STROBES)
-        pending = Signal(range(PENDING_STROBES + 1))
-        left_sample = Signal(len(arrived_sample))
-        m.d.comb += full.eq(pending[-1])
-        m.d.sync += pending.eq(pending + accepted - left_sample.any())
-        chosen = 0
-        for slot in range(PENDING_STROBES):
-            arrival = Signal(len(coarse), name=f"arrival{slot}", reset_less=True)
-            sample = Signal(len(arrived_sample), name=f"sample{slot}", reset_less=True)
-            # Compared in two clocks, half the bits to a register each.
-            half = len(then) // 2
-            low_equal, high_equal = Signal(name=f"low_equal{slot}"), Signal(name=f"high_equal{slot}")
-            m.d.sync += [
-                low_equal.eq(arrival[:half] == then[:half]),
-                high_equal.eq(arrival[half:] == then[half:]),
-                left[slot].eq(used[slot] & low_equal & high_equal),
-            ]
-            with m.If(write_now & write_slot[slot]):
-                m.d.sync += [arrival.eq(write_arrival), sample.eq(write_sample)]
-            chosen = chosen | Mux(left[slot], sample, 0)
-        m.d.sync += used.eq((used | Mux(write_now, write_slot, 0)) & ~left)
-        with m.If(write_now):
-            m.d.sync += write_slot.eq(write_slot.rotate_left(1))
-        m.d.sync += left_sample.eq(chosen)
-        return left_sample

@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from arcref_gateware.strobe_delay import CHAIN_WORDS, PENDING_STROBES
+from arcref_gateware.pending_strobes import LEAST_WAIT_WORDS, PENDING_STROBES
 
 
 class StrobeModel:
@@ -27,7 +27,7 @@ class StrobeModel:
             due_word = arrival + coarse
             while self.waiting and self.waiting[0] + coarse < arrival:
                 self.waiting.popleft()
-            waits = coarse >= CHAIN_WORDS
+            waits = coarse >= LEAST_WAIT_WORDS
             if due_word == self.last_due_word or (waits and len(self.waiting) == PENDING_STROBES):
                 refused_words.append(arrival)
             else:
