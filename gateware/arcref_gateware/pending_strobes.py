@@ -1,6 +1,6 @@
 """Strobes that wait for their due sample: a ring of slots, each of which knows the word its strobe came in."""
 
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -11,6 +11,9 @@ PENDING_STROBES = 16
 
 LEAST_WAIT_WORDS = 5
 """Shortest wait in words: what a strobe needs to get into a slot and out again."""
+
+COMPARED_BITS = 5
+"""Bits that are compared in one clock: two levels of logic."""
 
 
 class PendingStrobes(wiring.Component):
@@ -72,16 +75,17 @@ class PendingStrobes(wiring.Component):
                 with m.If(slot[i]):
                     m.d.sync += [arrivals[i].eq(arrival), samples[i].eq(sample)]
 
-        # Compared in two clocks, half the bits to a register each. Nothing moves here while no strobe waits.
-        half = words // 2
-        low_equal, high_equal = Signal(PENDING_STROBES), Signal(PENDING_STROBES)
+        # Compared in two clocks, a few bits to a register each. Nothing moves here while no strobe waits.
         waiting = Signal()
         m.d.sync += waiting.eq(pending != 0)
-        with m.If(waiting):
-            for i in range(PENDING_STROBES):
-                m.d.sync += low_equal[i].eq(arrivals[i][:half] == then[:half])
-                m.d.sync += high_equal[i].eq(arrivals[i][half:] == then[half:])
-        m.d.sync += [left.eq(used & low_equal & high_equal), used.eq((used | written) & ~left), self.leaving.eq(0)]
+        match = used
+        for low in range(0, words, COMPARED_BITS):
+            part = slice(low, min(low + COMPARED_BITS, words))
+            equal = Signal(PENDING_STROBES, name=f"equal{low}", reset_less=True)
+            with m.If(waiting):
+                m.d.sync += equal.eq(Cat(arrival_word[part] == then[part] for arrival_word in arrivals))
+            match = match & equal
+        m.d.sync += [left.eq(match), used.eq((used | written) & ~left), self.leaving.eq(0)]
         with m.If(waiting):
             chosen = 0
             for i in range(PENDING_STROBES):
