@@ -1,7 +1,8 @@
 // Runs the Verilated core over a list of changes of its inputs, and logs every change of its outputs.
 //
 // Built by verilated_core.py together with the model. `core_ports.inc`, written by the build, tells the ports:
-//   SAMPLES_PER_WORD, Model, Pins, eval_clock(), OUTPUT_PORTS (readers), set_input_port(), HAS_RESET.
+//   SAMPLES_PER_WORD, FIRST_CORRECTED_WORD, Model, Pins, raise_clocks(), eval_clock(), OUTPUT_PORTS (readers),
+//   set_input_port(), HAS_RESET.
 // A clock here is one rising edge of the word clock: it takes one sample word and is followed by one look at the outputs.
 
 #include <cstdint>
@@ -13,6 +14,11 @@ namespace {
 
 constexpr int N = SAMPLES_PER_WORD;
 constexpr uint32_t ALL_SAMPLES = (1u << N) - 1;
+
+// When the resting blocks may rest; each bound is far more than the block needs to settle.
+constexpr int64_t ROM_CHECK_CLOCKS = FIRST_CORRECTED_WORD + 64;
+constexpr int64_t SPI_CLOCKS_AFTER_FRAME = 16;
+constexpr int64_t STROBE_CLOCKS_AFTER_CHANGE = 65536 / N + 64;  // the longest delay
 
 // The records are read as NumPy arrays, so they must stay packed and in the order of the dtypes in core_log.py.
 #pragma pack(push, 1)
@@ -75,17 +81,18 @@ class SpiController {
   public:
     static constexpr int64_t NEVER = INT64_MAX;
     int64_t next_clock = NEVER;
+    int64_t runs_until = SPI_CLOCKS_AFTER_FRAME;  // the core's SPI port has nothing to do from then on
 
     void plan(const SpiPlan& plan, int64_t now) {
         plan_ = plan;
         frame_ = 0;
-        selected_ = false;
         begin_next(now);
     }
 
     void step(Pins& pins, int64_t clock, Log<SpiFrame>& log) {
         if (!selected_) {
             selected_ = true;
+            runs_until = NEVER;
             half_ = 0;
             first_edge_ = clock + plan_.lead;
             record_ = {clock, plan_.bits[frame_], {}};
@@ -95,6 +102,7 @@ class SpiController {
             pins.spi_cs_n = 1;
             log.add(record_);
             selected_ = false;
+            runs_until = clock + SPI_CLOCKS_AFTER_FRAME;
             frame_++;
             begin_next(clock + plan_.gap);
             return;
@@ -130,6 +138,7 @@ struct Core {
     Pins& pins = *model.rootp;  // the ports themselves: the members of Model are references to them
     SpiController spi;
     int64_t clock = 0;
+    int64_t strobe_until = STROBE_CLOCKS_AFTER_CHANGE;
     uint32_t state = 0;
     PositionChange position{};
     StatusChange status{};
@@ -138,6 +147,7 @@ struct Core {
         pins.spi_cs_n = 1;
         pins.clk = 0;
         model.eval();  // initial blocks run here
+        raise_clocks(pins);
     }
 };
 
@@ -149,7 +159,9 @@ void set_word(Core& core, const Run& run, int64_t sample, int64_t& change) {
     for (int i = 0; i < 4; i++) line[i] = spread(core.state, i);
     while (run.change_time[change] < sample + N) {
         uint32_t from_here = ALL_SAMPLES << (run.change_time[change] - sample) & ALL_SAMPLES;
-        core.state = run.change_state[change++];
+        uint32_t state = run.change_state[change++];
+        if ((state ^ core.state) >> 3) core.strobe_until = core.clock + STROBE_CLOCKS_AFTER_CHANGE;
+        core.state = state;
         for (int i = 0; i < 4; i++) line[i] = (line[i] & ~from_here) | (spread(core.state, i) & from_here);
     }
     core.pins.a = line[0];
@@ -199,7 +211,8 @@ void arcref_run(Core* core, Run* run) {
         if (changes | mixed) set_word(*core, *run, sample, change);
         mixed = changes;
         if (core->clock == core->spi.next_clock) core->spi.step(core->pins, core->clock, run->frames);
-        eval_clock(core->model);
+        eval_clock(core->model, core->clock < ROM_CHECK_CLOCKS, core->clock < core->spi.runs_until,
+                   core->clock < core->strobe_until);
         log_outputs(*core, *run);
     }
 }
@@ -216,7 +229,7 @@ int arcref_set_input(Core* core, const char* name, uint64_t value) { return set_
 int arcref_reset(Core* core, int64_t clocks) {
 #ifdef HAS_RESET
     core->pins.rst = 1;
-    for (; clocks > 0; clocks--) eval_clock(core->model);
+    for (; clocks > 0; clocks--) eval_clock(core->model, true, true, true);
     core->pins.rst = 0;
     core->clock = 0;
     return 1;

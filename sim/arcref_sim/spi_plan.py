@@ -8,7 +8,7 @@ import numpy as np
 from arcref.position_frame import FRAME_BITS, FRAME_BYTES, PositionFrame
 from arcref_gateware.position_spi import LOWEST_CLOCK_RATIO
 
-SNAPSHOT_CLOCKS = 1
+SNAPSHOT_CLOCKS = 0
 """A frame holds what the outputs show after the clock this many behind the first one that sees chip select low:
 two registers bring chip select into the word clock, and the next edge takes the snapshot."""
 

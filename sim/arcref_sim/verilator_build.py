@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from arcref.input_error import InputError
-from arcref_sim.simulation_top import CLOCK_MEMORY, MODEL, TOP_MODULE, harness_ports, simulation_top
+from arcref_sim.simulation_top import MODEL, TOP_MODULE, clock_memory, harness_ports, simulation_top, with_own_clocks
 
 DEFAULT_BUILD_FOLDER = Path("build/verilated")
 
@@ -95,17 +95,18 @@ def build_core(
 ) -> Path:
     """The shared library of a core, built unless it is there already.
 
-    `verilog` is the core's text and `description` what `describe_core` says of it. The core starts as after power-up and its
-    reset is tied low, which spares the simulation every reset gate; `plain` keeps the reset port and evaluates both edges
-    of the clock with Verilator's public call, for checking the quick way. Raises `BuildError`, or `InputError` when a
-    tool is missing.
+    `verilog` is the core's text and `description` what `describe_core` says of it. The core starts as after power-up
+    with its reset tied low, which spares the simulation every reset gate, and blocks that have nothing to do are not
+    clocked; `plain` keeps all that and evaluates both edges of the clock with Verilator's public call, for checking the
+    quick way. Raises `BuildError`, or `InputError` when a tool is missing.
     """
     command, root = verilator_command()
     compiler = compiler_command()
     harness = files("arcref_sim").joinpath("harness.cpp").read_text(encoding="utf-8")
-    top = simulation_top(description, with_reset=plain)
+    top = simulation_top(description, plain=plain)
+    verilog = verilog if plain else with_own_clocks(verilog)
     tools = [_output([*command, "--version"]), _output([*compiler, "--version"])]
-    parts = [verilog, top, harness, json.dumps(description), *tools, str(plain), harness_ports(description, plain)]
+    parts = [verilog, top, harness, json.dumps(description), *tools, str(plain), harness_ports(description, plain=plain)]
     parts += [*VERILATOR_OPTIONS, *FAST_OPTIONS, *SLOW_OPTIONS, *COMMON_OPTIONS]
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:20]
     library = Path(folder).resolve() / key / "core.so"
@@ -120,9 +121,9 @@ def build_core(
         options = [*VERILATOR_OPTIONS, "--Mdir", "model", "top.v", "core.v"]
         _run([*command, *options], work, verilator_environment(root))
         root_header = (work / "model" / f"{MODEL}___024root.h").read_text()
-        if not plain and CLOCK_MEMORY not in root_header:
-            raise BuildError(f"this Verilator names the clock's memory other than {CLOCK_MEMORY}")
-        (work / "core_ports.inc").write_text(harness_ports(description, plain))
+        if not plain and clock_memory("clk") not in root_header:
+            raise BuildError(f"this Verilator names the clock's memory other than {clock_memory('clk')}")
+        (work / "core_ports.inc").write_text(harness_ports(description, plain=plain))
         _compile(work, root, compiler)
         library.parent.mkdir(exist_ok=True)
         os.replace(work / "core.so", library)  # in one step, so that a build cut short is never taken for a whole one
