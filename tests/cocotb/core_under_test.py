@@ -1,10 +1,11 @@
-"""The core that every bench drives: random correction tables that use the whole range of an entry, and one build per word size.
+"""The core that every bench drives: random correction tables over an entry's whole range, and one build per word size.
 
 A build is kept under `build/cocotb`, named by a hash of all that went into it, so that it is made once.
 """
 
 import hashlib
 import os
+import shutil
 import subprocess
 import tempfile
 from pathlib import Path
@@ -12,6 +13,7 @@ from pathlib import Path
 import cocotb
 import cocotb_tools.config
 import numpy as np
+
 from arcref.angle import LINES_PER_TURN
 from arcref.correction_rom import ENTRY_MAX, ENTRY_MIN, SUBDIVISION_ENTRIES, CorrectionRom
 from arcref_gateware.core_ports import MODULE_NAME
@@ -35,8 +37,8 @@ def bench_rom() -> CorrectionRom:
 def build_core(samples_per_word: int) -> Path:
     """Folder of the simulator of the core with words of `samples_per_word`; compiles it when there is none yet."""
     text = export_verilog(ReferenceEncoder(bench_rom(), samples_per_word), observed=True)
-    # Only the ports are visible to the bench. With every signal visible, as cocotb's own runner makes it, the model runs
-    # at a third of the speed.
+    # Only the ports are visible to the bench. With every signal visible, as cocotb's own runner makes it, the model
+    # runs at a third of the speed.
     names = ["clk", "rst", *port_names(observed=True)]
     visible = [f'public_flat_rw -module "{MODULE_NAME}" -var "{name}"' for name in names]
     control = "\n".join(["`verilator_config", *visible, ""])
@@ -64,4 +66,7 @@ def build_core(samples_per_word: int) -> Path:
             raise RuntimeError(f"Verilator could not build the core:\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}")
         if not (folder / MODULE_NAME).exists():
             os.rename(place, folder)
+    for other in BUILDS.glob(f"core{samples_per_word}-*"):
+        if other != folder:
+            shutil.rmtree(other, ignore_errors=True)
     return folder

@@ -4,6 +4,7 @@ Count 0 is the gate state, so a core that homed there reads the count itself.
 """
 
 import numpy as np
+
 from arcref.angle import COUNTS_PER_TURN
 from arcref_gateware.golden.signal_changes import STROBE_BIT, Z_BIT
 from arcref_sim.encoder import SyntheticEncoder
@@ -65,6 +66,6 @@ def strobes(samples: int, at, width: int = 1) -> np.ndarray:
 
 
 def encoder_run(motion, **encoder) -> tuple[np.ndarray, np.ndarray]:
-    """States and true counts, one each a sample, of the synthetic encoder in `motion` (a turn a second: a count a sample)."""
+    """States and true counts of the synthetic encoder in `motion`, one each a sample."""
     piece = SyntheticEncoder(motion, SAMPLE_RATE_HZ, **encoder).whole()
     return piece.changes.to_samples(), piece.count_at(np.arange(piece.changes.end))

@@ -1,8 +1,9 @@
 """Every test of every cocotb bench, for each word size, as a test of its own."""
 
 import pytest
+from cocotb_runs import BENCHES, BenchRuns, names_of_tests
+
 from arcref_gateware.quadrature import SAMPLES_PER_WORD
-from bench_runs import BENCHES, BenchRuns, names_of_tests
 
 CASES = [(bench, size, test) for size in SAMPLES_PER_WORD for bench in BENCHES for test in names_of_tests(bench)]
 
