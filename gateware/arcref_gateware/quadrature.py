@@ -20,6 +20,12 @@ DEFAULT_GATE_STATE = (1, 1)
 """The state of (A, B) in which a high Z is the index."""
 
 
+def check_samples_per_word(samples_per_word: int) -> None:
+    """Raises ValueError for a word size that no input gives."""
+    if samples_per_word not in SAMPLES_PER_WORD:
+        raise ValueError(f"samples per word must be one of {SAMPLES_PER_WORD}, not {samples_per_word!r}")
+
+
 class Quadrature(wiring.Component):
     """Steps of every sample of a word, `QUADRATURE_CLOCKS` clocks after the word.
 
@@ -29,8 +35,7 @@ class Quadrature(wiring.Component):
     """
 
     def __init__(self, samples_per_word: int, gate_state: tuple[int, int] = DEFAULT_GATE_STATE):
-        if samples_per_word not in SAMPLES_PER_WORD:
-            raise ValueError(f"samples per word must be one of {SAMPLES_PER_WORD}, not {samples_per_word!r}")
+        check_samples_per_word(samples_per_word)
         self.samples_per_word = samples_per_word
         self.gate_state = gate_state
         super().__init__(

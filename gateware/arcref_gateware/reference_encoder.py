@@ -27,7 +27,7 @@ from arcref_gateware.index_detector import IndexDetector
 from arcref_gateware.partial_sums import PARTIAL_SUM_CLOCKS, PartialSums, value_at
 from arcref_gateware.position import ANGLE_CLOCKS, POSITION_CLOCKS, PositionAccumulator
 from arcref_gateware.position_spi import PositionSpi
-from arcref_gateware.quadrature import DEFAULT_GATE_STATE, QUADRATURE_CLOCKS, Quadrature
+from arcref_gateware.quadrature import DEFAULT_GATE_STATE, QUADRATURE_CLOCKS, Quadrature, check_samples_per_word
 from arcref_gateware.register_stages import delayed, pipeline_clocks, pipelined_add
 from arcref_gateware.rom_check import RomCheck
 from arcref_gateware.strobe_delay import (
@@ -60,7 +60,7 @@ class ReferenceEncoder(wiring.Component):
     """The core of the instrument, pure logic over sample words.
 
     Parameters: `rom`, the correction; `samples_per_word` (1, 2 or 4); `gate_state`, the (A, B) of the zero mark;
-    `strobe_delay`, the reset value of the delay in sample periods (0..65535).
+    `strobe_delay`, the reset value of the delay in sample periods (0..65535). Raises ValueError for others.
     """
 
     def __init__(
@@ -71,6 +71,11 @@ class ReferenceEncoder(wiring.Component):
         gate_state: tuple[int, int] = DEFAULT_GATE_STATE,
         strobe_delay: int = 0,
     ):
+        check_samples_per_word(samples_per_word)
+        if not 0 <= strobe_delay < 1 << STROBE_DELAY_BITS:
+            raise ValueError(f"the strobe delay must lie in 0 .. {(1 << STROBE_DELAY_BITS) - 1}, not {strobe_delay!r}")
+        if len(gate_state) != 2 or not set(gate_state) <= {0, 1}:
+            raise ValueError(f"the gate state is a pair of levels of A and B, not {gate_state!r}")
         self.rom = rom
         self.samples_per_word = samples_per_word
         self.gate_state = gate_state

@@ -24,7 +24,7 @@ FAR = 100_000
 
 @cache
 def bench() -> Bench:
-    inputs = ["angle", "homed", "index", "home", "index_remainder", "clear"]
+    inputs = ["angle", "homed", "index", "home", "index_way_back", "clear"]
     return Bench(ClosureCheck(), inputs, [*FAULTS, *STATES])
 
 
@@ -32,15 +32,15 @@ def run(words, clear=0):
     """Rows for a list of words, each a position after it and the position of its index, or None. The first homes."""
     position = np.array([after for after, _ in words])
     index = np.array([at is not None for _, at in words])
-    remainder = np.array([0 if at is None else after - at for after, at in words])
-    assert np.all(np.abs(remainder) <= 3)
+    way_back = np.array([0 if at is None else at - after for after, at in words])
+    assert np.all(np.abs(way_back) <= 3)
     rows = bench().run(
         len(words) + CLOSURE_CLOCKS + 1,
         angle=position % COUNTS_PER_TURN,
         homed=1,
         index=np.append(index, 0),
         home=[1, 0],
-        index_remainder=remainder,
+        index_way_back=way_back,
         clear=clear,
     )
     late = dict.fromkeys(FAULTS, CLOSURE_CLOCKS - 1) | dict.fromkeys(STATES, CLOSURE_CLOCKS)
@@ -113,7 +113,8 @@ def test_one_index_inside_excuses_the_pass_and_none_the_next_one():
 
 
 def test_an_index_in_the_very_word_that_enters_or_leaves_counts_for_the_pass():
-    for entering, leaving in (((2047, 2048), (-2049, None)), ((2047, None), (-2051, -2048)), ((2050, 2048), (-9, None))):
+    passes = (((2047, 2048), (-2049, None)), ((2047, None), (-2051, -2048)), ((2050, 2048), (-9, None)))
+    for entering, leaving in passes:
         words = [HOME, (FAR, None), entering, leaving, (-FAR, None)]
         fault = run(words)["index_fault"]
         # In the last case the index is near and the end of its word is not: it belongs to no pass, so one is missed.

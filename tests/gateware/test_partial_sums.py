@@ -1,4 +1,4 @@
-"""Partial sums: the whole word, and what comes after each of its samples."""
+"""Partial sums: the whole word, and the way back from its end to each of its samples."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from arcref_gateware.quadrature import SAMPLES_PER_WORD
 
 
 @pytest.mark.parametrize("samples_per_word", SAMPLES_PER_WORD)
-def test_total_and_remainders_of_every_word(samples_per_word, rng):
+def test_total_and_ways_back_of_every_word(samples_per_word, rng):
     every = np.stack(np.meshgrid(*[[-1, 0, 1]] * samples_per_word), axis=-1).reshape(-1, samples_per_word)
     step = np.concatenate((rng.permutation(every), rng.integers(-1, 2, (400, samples_per_word)), every))
     words = len(step)
@@ -18,7 +18,7 @@ def test_total_and_remainders_of_every_word(samples_per_word, rng):
     bench = Bench(
         PartialSums(samples_per_word),
         ["forward", "reverse", "index_sample"],
-        ["total", "remainder", "index_remainder"],
+        ["total", "way_back", "index_remainder"],
     )
     rows = bench.run(
         words + PARTIAL_SUM_CLOCKS,
@@ -30,6 +30,6 @@ def test_total_and_remainders_of_every_word(samples_per_word, rng):
 
     remainder = np.cumsum(step[:, ::-1], axis=1)[:, ::-1] - step
     assert_rows("total", rows["total"], step.sum(axis=1))
-    assert_rows("remainder", rows["remainder"], remainder)
+    assert_rows("way back", rows["way_back"], -remainder)
     chosen = remainder[np.arange(words), place]
     assert_rows("index remainder", rows["index_remainder"], np.where(place < 0, 0, chosen))

@@ -8,16 +8,16 @@ from amaranth_bench import Bench, assert_rows
 import arcref_gateware.register_stages as register_stages
 from arcref_gateware.position import ANGLE_CLOCKS, POSITION_CLOCKS, PositionAccumulator
 
-INPUTS = ["total", "home", "home_remainder", "event_remainder"]
+INPUTS = ["total", "home", "home_remainder", "event_way_back"]
 OUTPUTS = ["angle", "event_angle", "position"]
 
 
-def run(totals, home=0, home_remainder=0, event_remainder=0):
+def run(totals, home=0, home_remainder=0, event_way_back=0):
     totals = np.asarray(totals)
     clocks = len(totals) + POSITION_CLOCKS
-    after = np.insert(np.atleast_1d(event_remainder), 0, 0)
+    after = np.insert(np.atleast_1d(event_way_back), 0, 0)
     rows = Bench(PositionAccumulator(), INPUTS, OUTPUTS).run(
-        clocks, total=totals, home=home, home_remainder=home_remainder, event_remainder=after
+        clocks, total=totals, home=home, home_remainder=home_remainder, event_way_back=after
     )
     words = slice(0, len(totals))
     return (
@@ -43,17 +43,17 @@ def start_at(monkeypatch):
     return set_start
 
 
-def assert_position(rows, position, remainder=0):
+def assert_position(rows, position, way_back=0):
     got, angle, event_angle = rows
     assert_rows("position", got, position)
     assert_rows("angle", angle, position & 0xFFFFFF)
-    assert_rows("angle at the event", event_angle, (position - remainder) & 0xFFFFFF)
+    assert_rows("angle at the event", event_angle, (position + way_back) & 0xFFFFFF)
 
 
 def test_random_steps_add_up(rng):
     totals = rng.integers(-4, 5, 1500)
-    remainder = rng.integers(-3, 4, 1500)
-    assert_position(run(totals, event_remainder=remainder), np.cumsum(totals), remainder)
+    way_back = rng.integers(-3, 4, 1500)
+    assert_position(run(totals, event_way_back=way_back), np.cumsum(totals), way_back)
 
 
 def test_zero_and_minus_one_borrow_and_carry_through_all_48_bits(rng):
@@ -64,8 +64,8 @@ def test_zero_and_minus_one_borrow_and_carry_through_all_48_bits(rng):
     totals = np.diff(position, prepend=0).clip(-4, 4)
     position = np.cumsum(totals)
     assert np.count_nonzero(np.diff(position < 0)) > 100
-    remainder = rng.integers(-3, 4, len(totals))
-    assert_position(run(totals, event_remainder=remainder), position, remainder)
+    way_back = rng.integers(-3, 4, len(totals))
+    assert_position(run(totals, event_way_back=way_back), position, way_back)
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -79,13 +79,13 @@ def test_every_segment_boundary_is_crossed_both_ways(boundary, start_at, rng):
     start = boundary - 9
     start_at(start)
     totals = np.concatenate((np.repeat([0, 4, -4, 1, -1], [6, 5, 5, 20, 20]), rng.integers(-3, 4, 150)))
-    remainder = rng.integers(-3, 4, len(totals))
+    way_back = rng.integers(-3, 4, len(totals))
     position = start + np.cumsum(totals)
     assert np.count_nonzero(np.diff(position >= boundary)) >= 4
-    got, angle, event_angle = run(totals, event_remainder=remainder)
+    got, angle, event_angle = run(totals, event_way_back=way_back)
     settled = slice(POSITION_CLOCKS, None)  # before that the aligning registers still hold their reset value
     assert_position(
-        (got[settled], angle[settled], event_angle[settled]), position[settled], remainder[settled]
+        (got[settled], angle[settled], event_angle[settled]), position[settled], way_back[settled]
     )
 
 
@@ -109,9 +109,9 @@ def test_homing_sets_the_zero_on_the_index_and_forgets_what_was_before(before, h
     totals = np.concatenate((way, rng.integers(-4, 5, 60)))
     at = len(totals) - 50
     home = np.arange(len(totals)) == at
-    remainder = rng.integers(-3, 4, len(totals))
-    rows = run(totals, home, np.where(home, home_remainder, 0), remainder)
+    way_back = rng.integers(-3, 4, len(totals))
+    rows = run(totals, home, np.where(home, home_remainder, 0), way_back)
 
     position = np.cumsum(totals)
     position[at:] += home_remainder - position[at]
-    assert_position(rows, position, remainder)
+    assert_position(rows, position, way_back)

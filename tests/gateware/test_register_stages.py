@@ -7,20 +7,21 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from amaranth_bench import Bench, assert_rows
 
-from arcref_gateware.register_stages import SEGMENT_BITS, delayed, pipeline_clocks, pipelined_subtract, segment_bounds
+from arcref_gateware.register_stages import SEGMENT_BITS, delayed, pipeline_clocks, pipelined_add, segment_bounds
 
 
-class Subtract(wiring.Component):
-    """`base - small` on its own."""
+class Add(wiring.Component):
+    """`base + small`, or `base + small + carry_in`, on its own."""
 
-    def __init__(self, base, small, segment_bits):
-        self.segment_bits = segment_bits
-        super().__init__({"base": In(base), "small": In(small), "result": Out(base)})
+    def __init__(self, base, small, segment_bits, has_carry_in):
+        self.segment_bits, self.has_carry_in = segment_bits, has_carry_in
+        super().__init__({"base": In(base), "small": In(small), "carry_in": In(1), "result": Out(base)})
 
     def elaborate(self, platform):
         m = Module()
-        difference = pipelined_subtract(m, self.base, self.small, name="difference", segment_bits=self.segment_bits)
-        m.d.comb += self.result.eq(difference)
+        options = {"carry_in": self.carry_in} if self.has_carry_in else {}
+        total = pipelined_add(m, self.base, self.small, name="total", segment_bits=self.segment_bits, **options)
+        m.d.comb += self.result.eq(total)
         return m
 
 
@@ -46,21 +47,23 @@ def hostile_bases(rng, width: int, segment_bits: int, count: int) -> np.ndarray:
     return np.where(rng.random(count) < 0.5, close, bases) & ((1 << width) - 1)
 
 
+@pytest.mark.parametrize("has_carry_in", [False, True])
 @pytest.mark.parametrize("segment_bits", [SEGMENT_BITS, 16])
 @pytest.mark.parametrize("small_bits", [3, 4, 12])
 @pytest.mark.parametrize("shape", [signed(48), unsigned(48), unsigned(23), signed(24), signed(13)], ids=str)
-def test_a_small_number_is_taken_off_and_borrows_through_every_segment(shape, small_bits, segment_bits, rng):
-    count = 250
+def test_a_small_number_is_added_and_carries_through_every_segment(shape, small_bits, segment_bits, has_carry_in, rng):
+    count = 200
     clocks = pipeline_clocks(shape.width, segment_bits)
     base = hostile_bases(rng, shape.width, segment_bits, count)
     small = rng.integers(-(1 << small_bits - 1), 1 << small_bits - 1, count)
+    carry_in = rng.integers(0, 1 + has_carry_in, count)
     sign = (1 << shape.width - 1) if shape.signed else 0
-    base = np.array([(int(value) ^ sign) - sign for value in base])
-    bench = Bench(Subtract(shape, signed(small_bits), segment_bits), ["base", "small"], ["result"])
-    rows = bench.run(count + clocks, base=base, small=small)
+    base = (base ^ sign) - sign
+    bench = Bench(Add(shape, signed(small_bits), segment_bits, has_carry_in), ["base", "small", "carry_in"], ["result"])
+    rows = bench.run(count + clocks, base=base, small=small, carry_in=carry_in)
 
-    wrapped = [(int(value) & ((1 << shape.width) - 1) ^ sign) - sign for value in base - small]
-    assert_rows("difference", rows["result"][clocks:], np.array(wrapped))
+    wrapped = (((base + small + carry_in) & ((1 << shape.width) - 1)) ^ sign) - sign
+    assert_rows("total", rows["result"][clocks:], wrapped)
 
 
 @pytest.mark.parametrize("width", [1, 11, 12, 13, 24, 48])

@@ -81,7 +81,7 @@ def corrupt(rom_path, **changes):
         ({"version": 2}, "version"),
         ({"line_table": [0] * 4095}, "4096"),
         ({"subdivision_table": [0] * 511 + [40000]}, "40000"),
-        ({"crc32": 1}, "CRC"),
+        ({"crc32": 1}, "crc32"),
     ],
 )
 def test_a_bad_image_gives_one_line_and_no_file(changes, complaint, rom_path, tmp_path):
