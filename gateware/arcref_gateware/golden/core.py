@@ -72,6 +72,7 @@ class CoreModel:
         self.due: list[int] = []
         self.shown = np.zeros(1, POSITION_CHANGE)[0]
         self.status = np.zeros(1, STATUS_CHANGE)[0]
+        self.shown_status = self.status.copy()
 
     @property
     def shortest_edge_spacing(self) -> int:
@@ -245,10 +246,11 @@ class CoreModel:
             flags |= (seen([event for event in events if words[0] <= event < words[1]]) > 0) * int(flag)
         status["flags"] = flags
 
-        before = np.concatenate((np.atleast_1d(self.status), status))
+        before = np.concatenate((np.atleast_1d(self.shown_status), status))
         changed = np.zeros(len(at), bool)
         for name in STATUS_CHANGE.names[1:]:
             changed |= before[name][1:] != before[name][:-1]
         if len(at):
             self.status = status[-1].copy()
+            self.shown_status = self.status.copy()
         return status[changed]
