@@ -9,7 +9,7 @@
 Every output shows, `LATENCY_CLOCKS` clocks later, the state after the last sample of a word.
 """
 
-from amaranth.hdl import Cat, Module, Signal, signed
+from amaranth.hdl import Module, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
@@ -18,6 +18,7 @@ from arcref.angle import ANGLE_BITS, POSITION_BITS
 from arcref.correction_rom import CorrectionRom
 from arcref.flags import Flag
 from arcref.rom_identity import identity_words
+from arcref_gateware.capture import CORRECTED_CLOCKS, RAW_CLOCKS, Capture, corrected_position
 from arcref_gateware.closure_check import CLOSURE_BITS, CLOSURE_CLOCKS, ClosureCheck
 from arcref_gateware.correction import CORRECTION_CLOCKS, Correction
 from arcref_gateware.edge_spacing import EDGE_SPACING_CLOCKS, SPACING_BITS, EdgeSpacing
@@ -28,7 +29,7 @@ from arcref_gateware.partial_sums import PARTIAL_SUM_CLOCKS, PartialSums, value_
 from arcref_gateware.position import ANGLE_CLOCKS, POSITION_CLOCKS, PositionAccumulator
 from arcref_gateware.position_spi import PositionSpi
 from arcref_gateware.quadrature import DEFAULT_GATE_STATE, QUADRATURE_CLOCKS, Quadrature, check_samples_per_word
-from arcref_gateware.register_stages import delayed, pipeline_clocks, pipelined_add
+from arcref_gateware.register_stages import delayed
 from arcref_gateware.rom_check import RomCheck
 from arcref_gateware.strobe_delay import (
     STROBE_CLOCKS,
@@ -38,15 +39,12 @@ from arcref_gateware.strobe_delay import (
 )
 from arcref_gateware.time_counter import TimeCounter
 
-SUBTRACT_SEGMENT_BITS = 16
-"""Segment of the last subtraction, which has no other logic before its carry chain."""
-
 SUMS_READY = QUADRATURE_CLOCKS + PARTIAL_SUM_CLOCKS
 ANGLE_READY = SUMS_READY + ANGLE_CLOCKS
 POSITION_READY = SUMS_READY + POSITION_CLOCKS
 CORRECTION_READY = ANGLE_READY + CORRECTION_CLOCKS
 
-LATENCY_CLOCKS = CORRECTION_READY + pipeline_clocks(POSITION_BITS, SUBTRACT_SEGMENT_BITS)
+LATENCY_CLOCKS = CORRECTION_READY + CORRECTED_CLOCKS
 """Clocks from a sample word to the outputs that show the state after it, captures among them."""
 
 ROM_VERDICT_WORD = RomCheck.CLOCKS - ANGLE_READY
@@ -167,9 +165,8 @@ class ReferenceEncoder(wiring.Component):
         m.submodules.partial_sums = sums = PartialSums(samples)
         m.submodules.position = position = PositionAccumulator()
         m.submodules.strobe_delay = strobe = StrobeDelay(samples)
-        m.submodules.correction = correction = Correction(
-            self.rom.line_table, self.rom.subdivision_table
-        )
+        m.submodules.correction = correction = Correction(self.rom.line_table, self.rom.subdivision_table)
+        m.submodules.capture = capture = Capture(samples)
         m.submodules.rom_check = rom_check = RomCheck(identity_words(self.rom))
         m.submodules.closure_check = closure = ClosureCheck()
         m.submodules.edge_spacing = spacing = EdgeSpacing(samples)
@@ -211,34 +208,35 @@ class ReferenceEncoder(wiring.Component):
             rom_check.subdivision_word.eq(correction.subdivision_word),
         ]
 
-        def corrected(raw, complement, name):
-            return pipelined_add(
-                m, raw, complement, carry_in=correction.active, name=name, segment_bits=SUBTRACT_SEGMENT_BITS
-            )
-
         raw = delayed(m, position.position, CORRECTION_READY - POSITION_READY, name="raw")
-        event_wait = delayed(m, event_way_back, POSITION_READY - SUMS_READY - 1, name="event_way_back")
-        event_raw = pipelined_add(m, position.position, event_wait, name="event_raw")
-        event_ready = POSITION_READY + pipeline_clocks(POSITION_BITS)
-        event_raw = delayed(m, event_raw, CORRECTION_READY - event_ready, name="event_raw")
-        last = LATENCY_CLOCKS - CORRECTION_READY
         m.d.comb += [
-            self.position.eq(corrected(raw, correction.word_complement, "position")),
-            self.raw_position.eq(delayed(m, raw, last, name="raw_position")),
-            self.capture_position.eq(corrected(event_raw, correction.event_complement, "capture_position")),
-            self.capture_raw.eq(delayed(m, event_raw, last, name="capture_raw")),
-            self.capture_valid.eq(delayed(m, event, LATENCY_CLOCKS - ANGLE_READY, name="capture_valid")),
+            self.position.eq(
+                corrected_position(m, raw, correction.word_complement, correction.active, name="position")
+            ),
+            self.raw_position.eq(delayed(m, raw, LATENCY_CLOCKS - CORRECTION_READY, name="raw_position")),
         ]
 
-        # Time of a word and of its due sample.
+        # Time of a word, and the record of a strobe's due sample.
         time_start = LATENCY_CLOCKS - TimeCounter.CLOCKS
-        m.d.comb += time.valid.eq(delayed(m, quadrature.valid, time_start - QUADRATURE_CLOCKS, name="time_valid"))
         due_place = Signal(sample_bits)
         for i in range(samples):
             with m.If(strobe.due_sample[i]):
                 m.d.comb += due_place.eq(i)
-        due_place = delayed(m, due_place, LATENCY_CLOCKS - STROBE_CLOCKS, name="due_place")
-        m.d.comb += self.capture_time.eq(Cat(due_place, time.words))
+        event_ready = CORRECTION_READY - RAW_CLOCKS
+        m.d.comb += [
+            time.valid.eq(delayed(m, quadrature.valid, time_start - QUADRATURE_CLOCKS, name="time_valid")),
+            capture.event.eq(delayed(m, strobe.due, event_ready - STROBE_CLOCKS, name="capture_event")),
+            capture.sample.eq(delayed(m, due_place, event_ready - STROBE_CLOCKS, name="due_place")),
+            capture.position.eq(delayed(m, position.position, event_ready - POSITION_READY, name="capture_position")),
+            capture.way_back.eq(delayed(m, event_way_back, event_ready - SUMS_READY - 1, name="event_way_back")),
+            capture.complement.eq(correction.event_complement),
+            capture.active.eq(correction.active),
+            capture.words.eq(time.words),
+            self.capture_valid.eq(capture.valid),
+            self.capture_position.eq(capture.corrected),
+            self.capture_raw.eq(capture.raw),
+            self.capture_time.eq(capture.time),
+        ]
 
         # Watches: each waits until its word is through the correction.
         closure_start = LATENCY_CLOCKS - CLOSURE_CLOCKS

@@ -28,7 +28,8 @@ class CoreLog:
 class Difference:
     """The first place where the core and the golden model disagree.
 
-    `output` is "positions", "status" or "captures"; `core` and `model` are the records as text, "none" where one has none.
+    `output` is "positions", "status" or "captures"; `core` and `model` are the records as text, "none" where one has
+    none.
     """
 
     word: int
@@ -50,12 +51,12 @@ class Comparison:
         self.words = 0
         self.difference: Difference | None = None
 
-    def add(self, log: CoreLog, model: CoreOutput) -> None:
-        """Take the next piece of both. The model may be ahead of the core by the core's latency."""
+    def add(self, log: CoreLog, model: CoreOutput | None = None) -> None:
+        """Take the next piece of both; at the end the core alone has one, as it is behind by its latency."""
         for name in self.TYPES:
-            expected, seen = getattr(model, name), getattr(log, name)
-            if len(self._waiting[name]):
-                expected = np.concatenate((self._waiting[name], expected))
+            expected, seen = self._waiting[name], getattr(log, name)
+            if model is not None:
+                expected = np.concatenate((expected, getattr(model, name)))
             ready = int(np.searchsorted(expected["word"], log.end_word))
             self._waiting[name] = expected[ready:].copy()
             if self.difference is None and not _equal(seen, expected[:ready]):

@@ -1,4 +1,6 @@
-"""Edges of A, B and Z from a motion: when each comes, solved exactly and in chunks, so that a long run needs little memory."""
+"""Edges of A, B and Z from a motion: when each comes, solved exactly and in chunks, so that a long run needs little
+memory.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,7 +19,8 @@ CHUNK_CONVERSIONS = 1 << 12
 
 @dataclass(frozen=True)
 class Edges:
-    """Edges in the order of time: `time_s` (float64, never falling), `count` after each (int64), `z` after each (uint8).
+    """Edges in the order of time: `time_s` (float64, never falling), `count` after each (int64), `z` after each
+    (uint8).
 
     An edge of Z alone repeats the count before it.
     """
@@ -63,7 +66,9 @@ class EdgeSource:
             yield Edges(time_s, count, level)
 
     def _shape(self, time_s, last_s: float, random) -> np.ndarray:
-        """Adds delay and jitter, and keeps the shortest spacing to each edge before, `last_s` being the one before all."""
+        """Adds delay and jitter, and keeps the shortest spacing to each edge before, `last_s` being the one
+        before all.
+        """
         waves = self._waves
         if waves.delay_ns:
             time_s = time_s + waves.delay_ns * 1e-9

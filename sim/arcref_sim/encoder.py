@@ -20,8 +20,8 @@ SAMPLES_PER_PIECE = 1 << 22
 class EncoderPiece:
     """One piece of the stream: what the core is given, and the count an ideal counter would show.
 
-    `changes` are the lines. `count` (int64) holds the ideal count from each sample in `count_sample` (int64, rising) on; the
-    first entry stands at the piece's start. Faults change the lines, not these counts.
+    `changes` are the lines. `count` (int64) holds the ideal count from each sample in `count_sample` (int64, rising)
+    on; the first entry stands at the piece's start. Faults change the lines, not these counts.
     """
 
     changes: SignalChanges

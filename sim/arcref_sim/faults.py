@@ -1,7 +1,7 @@
 """What can go wrong between the encoder and the core, as changes of the sampled lines.
 
-A fault is placed at samples; `SyntheticEncoder.samples_at_count` tells when a count is passed. Faults change what the lines
-show, never the truth. A zero mark that is missing or comes twice is a matter of `ZeroMark`.
+A fault is placed at samples; `SyntheticEncoder.samples_at_count` tells when a count is passed. Faults change what the
+lines show, never the truth. A zero mark that is missing or comes twice is a matter of `ZeroMark`.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,9 @@ STROBE_LINE = 1 << STROBE_BIT
 
 @dataclass(frozen=True)
 class PhaseShift:
-    """From `start` up to, not including, `end` (samples; None is for ever) A and B show the state `counts` further on."""
+    """From `start` up to, not including, `end` (samples; None is for ever) A and B show the state `counts`
+    further on.
+    """
 
     start: int
     counts: int
@@ -50,8 +52,8 @@ Fault = PhaseShift | LineFlip | LineHold
 def slip(sample: int, counts: int) -> list[Fault]:
     """The interpolator slips: from `sample` on, A and B run `counts` ahead of the angle while Z stays with the angle.
 
-    A slip of whole periods (4 counts) leaves no trace on the lines; an odd slip of one shows as one step more or less; two as
-    a double transition.
+    A slip of whole periods (4 counts) leaves no trace on the lines; an odd slip of one shows as one step more or
+    less; two as a double transition.
     """
     return [PhaseShift(sample, counts)]
 
@@ -86,7 +88,9 @@ def noise_glitches(start: int, end: int, number: int, *, line: int = A_LINE, see
 
 
 def strobe_pulses(samples, duration: int = 1) -> list[Fault]:
-    """A strobe pulse of `duration` samples with its rising edge at each of `samples`. Not a fault, but made like one."""
+    """A strobe pulse of `duration` samples with its rising edge at each of `samples`. Not a fault, but made like
+    one.
+    """
     return [LineHold(int(sample), int(sample) + duration, STROBE_LINE, STROBE_LINE) for sample in samples]
 
 

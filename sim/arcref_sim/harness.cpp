@@ -83,10 +83,12 @@ class SpiController {
     int64_t next_clock = NEVER;
     int64_t runs_until = SPI_CLOCKS_AFTER_FRAME;  // the core's SPI port has nothing to do from then on
 
-    void plan(const SpiPlan& plan, int64_t now) {
+    bool plan(const SpiPlan& plan, int64_t now) {
+        if (selected_) return false;
         plan_ = plan;
         frame_ = 0;
         begin_next(now);
+        return true;
     }
 
     void step(Pins& pins, int64_t clock, Log<SpiFrame>& log) {
@@ -198,7 +200,8 @@ extern "C" {
 Core* arcref_create() { return new Core; }
 void arcref_destroy(Core* core) { delete core; }
 
-void arcref_plan_spi(Core* core, const SpiPlan* plan) { core->spi.plan(*plan, core->clock); }
+// 0 while a frame is being read.
+int arcref_plan_spi(Core* core, const SpiPlan* plan) { return core->spi.plan(*plan, core->clock); }
 
 // Clocks the core `run->words` times. The first change must not lie before the present word.
 void arcref_run(Core* core, Run* run) {
@@ -211,8 +214,9 @@ void arcref_run(Core* core, Run* run) {
         if (changes | mixed) set_word(*core, *run, sample, change);
         mixed = changes;
         if (core->clock == core->spi.next_clock) core->spi.step(core->pins, core->clock, run->frames);
-        eval_clock(core->model, core->clock < ROM_CHECK_CLOCKS, core->clock < core->spi.runs_until,
-                   core->clock < core->strobe_until);
+        const bool strobe_runs = core->clock < core->strobe_until;
+        eval_clock(core->model, core->clock < ROM_CHECK_CLOCKS, core->clock < core->spi.runs_until, strobe_runs,
+                   strobe_runs);
         log_outputs(*core, *run);
     }
 }

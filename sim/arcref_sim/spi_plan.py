@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from arcref.position_frame import FRAME_BITS, FRAME_BYTES, PositionFrame
+from arcref.position_frame import FRAME_BITS, FRAME_BYTES, FrameError, PositionFrame
 from arcref_gateware.position_spi import LOWEST_CLOCK_RATIO
 
 SNAPSHOT_CLOCKS = 0
@@ -39,10 +39,10 @@ class PlanArrays:
 class SpiPlan:
     """Frames to read. All times are in word clocks.
 
-    `start`: when chip select falls in each frame, or as soon after as the frame before allows: zeros read back to back.
-    `clock_ratio`: word clocks in one SCK period, 8 or more, fractions rounded to 1/128. `bits`: after how many bits chip
-    select rises, 64 unless a frame is to be aborted. `sent`: eight bytes a frame on COPI, zeros unless given. `lead`: chip
-    select to the first rising edge of SCK; `gap`: chip select high between frames.
+    `start`: when chip select falls in each frame, or as soon after as the frame before allows: zeros read back to
+    back. `clock_ratio`: word clocks in one SCK period, 8 or more, fractions rounded to 1/128. `bits`: after how many
+    bits chip select rises, 64 unless a frame is to be aborted. `sent`: eight bytes a frame on COPI, zeros unless
+    given. `lead`: chip select to the first rising edge of SCK; `gap`: chip select high between frames.
     """
 
     start: np.ndarray
@@ -71,9 +71,16 @@ class SpiPlan:
         return plan
 
 
-def decode_frames(frames: np.ndarray) -> list[PositionFrame]:
-    """Whole frames of SPI_FRAME records, decoded by the host. Raises `FrameError` for a frame with a wrong CRC."""
-    return [PositionFrame.decode(frame["data"].tobytes()) for frame in frames if frame["bits"] == FRAME_BITS]
+def decode_frames(frames: np.ndarray) -> list[PositionFrame | None]:
+    """Whole frames of SPI_FRAME records, decoded by the host; None for one that the host refuses."""
+
+    def decode(data: bytes) -> PositionFrame | None:
+        try:
+            return PositionFrame.decode(data)
+        except FrameError:
+            return None
+
+    return [decode(frame["data"].tobytes()) for frame in frames if frame["bits"] == FRAME_BITS]
 
 
 def snapshot_words(frames: np.ndarray, latency_words: int) -> np.ndarray:

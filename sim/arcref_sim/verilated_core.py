@@ -75,7 +75,7 @@ class VerilatedCore:
         return self._library.arcref_output(self._core, self._outputs.index(name))
 
     def set_input(self, name: str, value: int) -> None:
-        """Sets an input outside the sample words, `strobe_delay` for instance. Raises ValueError for an unknown name."""
+        """Sets an input that is not in the sample words, `strobe_delay` for instance. Raises ValueError for another."""
         if not self._library.arcref_set_input(self._core, name.encode(), value):
             raise ValueError(f"the core has no input {name} to set")
 
@@ -85,9 +85,14 @@ class VerilatedCore:
             raise ValueError("this build starts at power-up and has no reset")
 
     def plan_spi(self, plan: SpiPlan) -> None:
-        """Gives the SPI controller its frames; what was planned before and not yet done is dropped."""
-        self._plan = plan.arrays()  # the native side reads these arrays until the last frame is done
-        self._library.arcref_plan_spi(self._core, ctypes.byref(self._plan.structure))
+        """Gives the SPI controller its frames; what was planned before and not yet begun is dropped.
+
+        Raises ValueError while a frame is being read.
+        """
+        arrays = plan.arrays()
+        if not self._library.arcref_plan_spi(self._core, ctypes.byref(arrays.structure)):
+            raise ValueError("a frame is being read; plan the next ones when it is over")
+        self._plan = arrays  # the native side reads these arrays until the last frame is done
 
     def run(self, piece: SignalChanges) -> CoreLog:
         """Clocks the core through a piece, which must be whole words and follow the one before.
@@ -103,8 +108,7 @@ class VerilatedCore:
 
     def finish(self) -> CoreLog:
         """Holds the inputs until the outputs have shown every word, and returns what they showed."""
-        log = self._clock(np.array([_FAR_AWAY]), np.zeros(1, np.uint8), self.latency_words)
-        return log
+        return self._clock(np.array([_FAR_AWAY]), np.zeros(1, np.uint8), self.latency_words)
 
     def frames(self) -> np.ndarray:
         """Every SPI frame read so far, an array of SPI_FRAME."""
@@ -125,7 +129,7 @@ class VerilatedCore:
         for name, records in logs.items():
             used = getattr(run, name).used
             if used > len(records):
-                raise LogOverflow(f"the core's {name} changed {used} times in {words} words, {len(records)} at most expected")
+                raise LogOverflow(f"the core's {name} changed {used} times in {words} words")
             logs[name] = records[:used]
         for name in ("positions", "status", "captures"):
             logs[name]["word"] -= self.latency_words
@@ -140,7 +144,7 @@ def _load(path: Path) -> ctypes.CDLL:
     signatures = {
         "arcref_create": (core, []),
         "arcref_destroy": (None, [core]),
-        "arcref_plan_spi": (None, [core, ctypes.c_void_p]),
+        "arcref_plan_spi": (ctypes.c_int, [core, ctypes.c_void_p]),
         "arcref_run": (None, [core, ctypes.POINTER(_Run)]),
         "arcref_clock": (ctypes.c_int64, [core]),
         "arcref_output": (ctypes.c_uint64, [core, ctypes.c_int]),

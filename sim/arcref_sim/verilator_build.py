@@ -90,9 +90,7 @@ def compiler_command() -> list[str]:
     return found
 
 
-def build_core(
-    verilog: str, description: dict, folder: Path = DEFAULT_BUILD_FOLDER, *, plain: bool = False
-) -> Path:
+def build_core(verilog: str, description: dict, folder: Path = DEFAULT_BUILD_FOLDER, *, plain: bool = False) -> Path:
     """The shared library of a core, built unless it is there already.
 
     `verilog` is the core's text and `description` what `describe_core` says of it. The core starts as after power-up
@@ -106,7 +104,15 @@ def build_core(
     top = simulation_top(description, plain=plain)
     verilog = verilog if plain else with_own_clocks(verilog)
     tools = [_output([*command, "--version"]), _output([*compiler, "--version"])]
-    parts = [verilog, top, harness, json.dumps(description), *tools, str(plain), harness_ports(description, plain=plain)]
+    parts = [
+        verilog,
+        top,
+        harness,
+        json.dumps(description),
+        *tools,
+        str(plain),
+        harness_ports(description, plain=plain),
+    ]
     parts += [*VERILATOR_OPTIONS, *FAST_OPTIONS, *SLOW_OPTIONS, *COMMON_OPTIONS]
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:20]
     library = Path(folder).resolve() / key / "core.so"

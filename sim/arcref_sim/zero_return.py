@@ -1,115 +1,147 @@
-"""What a zero-return test is, and what one showed.
+"""The zero-return test: full turns forward, the same turns back, and every count must be there again.
 
-The shaft starts a little before its zero mark, passes it (which homes the core), turns on past the last mark and comes
-back the same way.
+The synthetic encoder starts a little before its zero mark, so that the first index homes, makes the turns forward,
+goes a little past the last index and returns. The Verilated core counts and corrects, an SPI controller reads the
+angle back, and a second thread compares every word with the golden model and with the truth.
 """
 
+import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 
+from arcref import __version__
 from arcref.angle import COUNTS_PER_TURN
 from arcref.correction_rom import CorrectionRom
-from arcref.flags import describe_faults
-from arcref_gateware.reference_encoder import FIRST_CORRECTED_WORD
+from arcref_gateware.golden.core import CoreModel
+from arcref_gateware.reference_encoder import FIRST_CORRECTED_WORD, ReferenceEncoder
+from arcref_sim.core_log import Comparison, CoreLog
+from arcref_sim.encoder import EncoderPiece, SyntheticEncoder
+from arcref_sim.graduation import GraduationError
 from arcref_sim.motion import Motion
-from arcref_sim.spi_plan import SpiPlan
+from arcref_sim.spi_plan import SNAPSHOT_CLOCKS, SpiPlan, decode_frames
+from arcref_sim.truth_check import TruthCheck
+from arcref_sim.verilated_core import VerilatedCore
+from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER
+from arcref_sim.zero_return_result import ZeroReturnResult
 
-WORD_CLOCK_HZ = 200_000_000
-"""Word clock of the simulated board."""
+WORD_CLOCK_HZ = 200e6
+"""Word clock of the fastest board; with four samples a word that is 800 M samples/s."""
 
-RUN_UP_COUNTS = 3000
-"""Counts before the first zero mark and after the last one, more than a grating line."""
+APPROACH_COUNTS = 5000
+"""How far before the zero mark the shaft starts, and how far past the last one it turns back."""
 
 REST_WORDS = FIRST_CORRECTED_WORD + 64
-"""Words at rest before the shaft turns: the power-up check of the ROM takes that long."""
+"""Words at rest in the beginning, while the core checks its tables."""
 
-FRAMES_PER_TURN = 32
-"""SPI frames read in each turn."""
+WORDS_PER_SPI_FRAME = 20011
+"""Word clocks from one SPI frame to the next: 10 kHz, and prime, so that the frames fall anywhere among the samples."""
 
-
-@dataclass(frozen=True)
-class ZeroReturnPlan:
-    """What to run. `error_arcsec` is the encoder's true error by angle in degrees (array in, array out)."""
-
-    rom: CorrectionRom
-    error_arcsec: Callable
-    speed_rps: float = 10.0
-    revolutions: int = 10
-    samples_per_word: int = 4
-
-    @property
-    def sample_rate_hz(self) -> int:
-        """Samples a second."""
-        return WORD_CLOCK_HZ * self.samples_per_word
-
-    @property
-    def samples_per_count(self) -> float:
-        """Samples from edge to edge."""
-        return self.sample_rate_hz / (self.speed_rps * COUNTS_PER_TURN)
-
-    def motion(self) -> Motion:
-        """Rest, forward past the last mark, rest, reverse to the start."""
-        turns = self.revolutions + 2 * RUN_UP_COUNTS / COUNTS_PER_TURN
-        pause_s = 64 / WORD_CLOCK_HZ
-        start = Motion(-RUN_UP_COUNTS + 0.5).standstill(REST_WORDS / WORD_CLOCK_HZ)
-        there = start.constant_speed(self.speed_rps, turns=turns).standstill(pause_s)
-        return there.constant_speed(-self.speed_rps, turns=turns).standstill(pause_s)
-
-    def spi_plan(self, words: int) -> SpiPlan:
-        """Frames at even distances over a run of so many words, the last one at its end."""
-        number = max(2 * self.revolutions * FRAMES_PER_TURN, 2)
-        return SpiPlan(np.linspace(REST_WORDS, words - 1000, number).astype(np.int64))
+PIECES_WAITING = 3
 
 
-@dataclass
-class ZeroReturnResult:
-    """What the run showed. Counts and words are integers, errors are in the unit of their name.
+def zero_return_motion(
+    graduation: GraduationError, speed_rps: float, revolutions: int, word_clock_hz: float = WORD_CLOCK_HZ
+) -> Motion:
+    """The shaft's motion: rest, forward, reverse. It turns back in the middle of a count, so no edge comes twice."""
+    start, turning = graduation.true_at_reading(
+        np.array([-APPROACH_COUNTS + 0.5, revolutions * COUNTS_PER_TURN + APPROACH_COUNTS + 0.5])
+    )
+    turns = float(turning - start) / COUNTS_PER_TURN
+    motion = Motion(float(start)).standstill(REST_WORDS / word_clock_hz)
+    return motion.constant_speed(speed_rps, turns=turns).constant_speed(-speed_rps, turns=turns)
 
-    `closure`: one row an index, (turn, direction +1 or -1, closure error in counts). `angle_deg`, `before_arcsec`,
-    `after_arcsec`: sampled errors against the true angle, quantisation included. `checks`: sentence -> passed.
+
+def run_zero_return(
+    rom: CorrectionRom,
+    curve: Callable,
+    *,
+    speed_rps: float = 10.0,
+    revolutions: int = 10,
+    samples_per_word: int = 4,
+    word_clock_hz: float = WORD_CLOCK_HZ,
+    folder: Path = DEFAULT_BUILD_FOLDER,
+    progress: Callable[[float], None] = lambda part: None,
+) -> ZeroReturnResult:
+    """Run the test and return all it found; whether that passes, `result.passed` says.
+
+    `curve` is the encoder's true error in arc seconds as a function of the angle in degrees (array in, array out),
+    that is the fitted curve from which `rom` was made. `folder` keeps the compiled core. `progress` is told the part
+    done, 0 to 1.
     """
+    started = time.perf_counter()
+    design = ReferenceEncoder(rom, samples_per_word)
+    core = VerilatedCore(design, folder)
+    graduation = GraduationError.from_curve(curve)
+    motion = zero_return_motion(graduation, speed_rps, revolutions, word_clock_hz)
+    encoder = SyntheticEncoder(motion, word_clock_hz * samples_per_word, graduation)
+    words = encoder.number_of_samples // samples_per_word
 
-    plan: ZeroReturnPlan
-    closure: list[tuple[int, int, int]] = field(default_factory=list)
-    zero_drift_counts: int | None = None
-    lost_counts: int = 0
-    illegal_steps: int = 0
-    shortest_edge_spacing: int = 0
-    flags: int = 0
-    counts: int = 0
-    words: int = 0
-    seconds: float = 0.0
-    frames_read: int = 0
-    frames_wrong: int = 0
-    first_difference: str | None = None
-    fit_difference_counts: float = 0.0
-    angle_deg: np.ndarray = field(default_factory=lambda: np.empty(0))
-    before_arcsec: np.ndarray = field(default_factory=lambda: np.empty(0))
-    after_arcsec: np.ndarray = field(default_factory=lambda: np.empty(0))
-    checks: dict[str, bool] = field(default_factory=dict)
+    frame_starts = np.arange(WORDS_PER_SPI_FRAME, words - 1000, WORDS_PER_SPI_FRAME)
+    core.plan_spi(SpiPlan(frame_starts))
+    truth = TruthCheck(encoder, samples_per_word, frame_starts + SNAPSHOT_CLOCKS - core.latency_words)
+    checker = _Checker(CoreModel(rom, samples_per_word), truth)
+    begun = time.perf_counter()
+    # This thread makes the pieces, one runs the core and one checks what it showed.
+    with ThreadPoolExecutor(1) as running, ThreadPoolExecutor(1) as checking:
+        checks = []
+        for piece in encoder.pieces():
+            log = running.submit(core.run, piece.changes)
+            checks.append(checking.submit(checker.check, piece, log))
+            if len(checks) > PIECES_WAITING:
+                checks.pop(0).result()  # also raises what went wrong there
+            progress(piece.changes.end / encoder.number_of_samples)
+        checks.append(checking.submit(checker.check, None, running.submit(core.finish)))
+        for check in checks:
+            check.result()
+    simulation_s = time.perf_counter() - begun
 
-    @property
-    def passed(self) -> bool:
-        """Whether every check passed."""
-        return all(self.checks.values())
+    frames = decode_frames(core.frames())
+    pairs = zip(frames, truth.snapshot_positions.tolist(), strict=True)
+    wrong = sum(frame is None or frame.position != position for frame, position in pairs)
+    before, after = truth.errors()
+    return ZeroReturnResult(
+        speed_rps=speed_rps,
+        revolutions=revolutions,
+        samples_per_word=samples_per_word,
+        sample_rate_hz=encoder.sample_rate_hz,
+        counts=2 * (revolutions * COUNTS_PER_TURN + 2 * APPROACH_COUNTS),
+        index_passes=tuple(truth.index_passes),
+        illegal_steps=core.output("illegal_steps"),
+        lost_counts=truth.lost_counts,
+        flags=int(truth.flags),
+        shortest_edge_spacing_samples=core.output("shortest_edge_spacing"),
+        before=before,
+        after=after,
+        correction_deviation_counts=truth.correction_deviation_counts,
+        spi_frames=len(frames),
+        spi_frames_wrong=wrong,
+        words=words,
+        difference=checker.comparison.difference,
+        simulation_s=simulation_s,
+        total_s=time.perf_counter() - started,
+        error_over_turn=truth.error_over_turn(),
+        waveforms=tuple(truth.waveforms),
+        provenance={
+            "arcref_version": __version__,
+            "rom_crc32": f"0x{rom.crc32:08X}",
+            "rom": rom.provenance,
+            "core": {key: value for key, value in core.description.items() if key != "ports"},
+        },
+    )
 
-    @property
-    def faults(self) -> list[str]:
-        """Names of the fault flags that are up at the end."""
-        return describe_faults(self.flags)
 
-    @property
-    def samples_per_s(self) -> float:
-        """Samples simulated in a second of real time, checks included."""
-        return self.words * self.plan.samples_per_word / self.seconds
+class _Checker:
+    """What the second thread does with each piece."""
 
-    @property
-    def counts_per_turn(self) -> list[int]:
-        """Counts from each index to the next."""
-        return [
-            COUNTS_PER_TURN * abs(later[0] - earlier[0]) + later[1] * (later[2] - earlier[2])
-            for earlier, later in zip(self.closure, self.closure[1:], strict=False)
-            if later[1] == earlier[1]
-        ]
+    def __init__(self, model: CoreModel, truth: TruthCheck):
+        self._model, self._truth = model, truth
+        self.comparison = Comparison()
+
+    def check(self, piece: EncoderPiece | None, shown: Future[CoreLog]) -> None:
+        """Compare one piece with what the core will have shown of it; None for the end of the run."""
+        log = shown.result()
+        self.comparison.add(log, None if piece is None else self._model.run(piece.changes))
+        self._truth.add(piece, log)

@@ -1,97 +1,123 @@
-"""The plots of the zero-return page, as SVG text."""
+"""The plots of the zero-return page, each as SVG text to stand inside it."""
 
 import io
+import re
 
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_TURN
 from arcref_gateware.golden.signal_changes import A_BIT, B_BIT, Z_BIT
-from arcref_sim.encoder import SyntheticEncoder
-from arcref_sim.motion import Motion
-from arcref_sim.zero_return import ZeroReturnPlan, ZeroReturnResult
+from arcref_sim.zero_return_result import Waveform, ZeroReturnResult
 
-WIDTH_INCH = 9.0
-BEFORE_COLOUR, AFTER_COLOUR, MARK_COLOUR = "#b4552d", "#1f6f8b", "#7a3b8f"
-PLOTTED_POINTS = 6000
-"""Points of the error plot: enough to show every cell of the scatter, few enough for a small page."""
+FORWARD_COLOUR, REVERSE_COLOUR, BEFORE_COLOUR, AFTER_COLOUR, QUIET = (
+    "#1f5fa8",
+    "#c0561c",
+    "#c0561c",
+    "#1f5fa8",
+    "#5b6470",
+)
+
+STYLE = {
+    "font.family": "sans-serif",
+    "font.size": 9,
+    "axes.edgecolor": QUIET,
+    "axes.labelcolor": "#20262d",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e4e7eb",
+    "grid.linewidth": 0.6,
+    "xtick.color": QUIET,
+    "ytick.color": QUIET,
+    "legend.frameon": False,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "arcref",
+}
 
 
 def closure_plot(result: ZeroReturnResult) -> str:
-    """Closure error at each index, in the order they were passed."""
-    figure, axes = _figure(2.4)
-    errors = [error for _, _, error in result.closure]
-    places = np.arange(len(errors))
-    for direction, marker, name in ((1, ">", "forward"), (-1, "<", "reverse")):
-        chosen = [i for i, mark in enumerate(result.closure) if mark[1] == direction]
-        axes.plot(places[chosen], np.array(errors)[chosen], marker, color=AFTER_COLOUR if direction > 0 else BEFORE_COLOUR,
-                  label=name)  # fmt: skip
-    axes.set_xticks(places, [str(turn) for turn, _, _ in result.closure])
-    limit = max(4, 1.2 * max((abs(error) for error in errors), default=0))
-    axes.set_ylim(-limit, limit)
-    axes.set_xlabel("zero mark (turn), in the order passed")
-    axes.set_ylabel("closure error (counts)")
-    axes.legend(loc="upper right", ncols=2)
-    return _svg(figure)
+    """Closure error at each index in the order the zero marks came."""
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(7.4, 2.4), layout="constrained")
+        axes = figure.add_subplot()
+        passes = list(enumerate(result.index_passes))
+        for direction, colour, marker, label in (
+            (1, FORWARD_COLOUR, "^", "forward"),
+            (-1, REVERSE_COLOUR, "v", "reverse"),
+        ):
+            chosen = [(place, index.closure_error_counts) for place, index in passes if index.direction == direction]
+            if chosen:
+                axes.plot(*zip(*chosen, strict=True), marker, color=colour, markersize=7, label=label)
+        axes.axhline(0, color=QUIET, linewidth=0.8)
+        size = max([1, *(abs(error) for error in result.closure_errors_counts)])
+        axes.set_ylim(-1.4 * size, 1.4 * size)
+        axes.yaxis.get_major_locator().set_params(integer=True)
+        axes.set_xticks(range(len(passes)), [str(index.turn) for _, index in passes])
+        axes.set_xlabel("zero mark of turn")
+        axes.set_ylabel("closure error / counts")
+        if passes:
+            axes.legend(loc="upper right", ncols=2)
+        return _svg(figure)
 
 
 def error_plot(result: ZeroReturnResult) -> str:
-    """Error against the true angle over the turn, before and after the correction."""
-    figure, axes = _figure(3.4)
-    stride = max(1, len(result.angle_deg) // PLOTTED_POINTS)
-    angle = result.angle_deg[::stride]
-    axes.plot(angle, result.before_arcsec[::stride], ".", ms=2, color=BEFORE_COLOUR, label="before", rasterized=True)
-    axes.plot(angle, result.after_arcsec[::stride], ".", ms=2, color=AFTER_COLOUR, label="after", rasterized=True)
-    axes.set_xlim(0, 360)
-    axes.set_xticks(range(0, 361, 45))
-    axes.set_xlabel("angle (deg)")
-    axes.set_ylabel("reading - true angle (arcsec)")
-    counts = axes.secondary_yaxis(
-        "right", functions=(lambda arcsec: arcsec / ARCSEC_PER_COUNT, lambda counts: counts * ARCSEC_PER_COUNT)
-    )
-    counts.set_ylabel("counts")
-    axes.legend(loc="upper right", markerscale=5)
-    return _svg(figure)
+    """Error before and after the correction over the turn: each a band from the lowest to the highest that occurred."""
+    turn = result.error_over_turn
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(7.4, 3.2), layout="constrained")
+        axes = figure.add_subplot()
+        for low, high, colour, label in (
+            (turn.before_low, turn.before_high, BEFORE_COLOUR, "before correction"),
+            (turn.after_low, turn.after_high, AFTER_COLOUR, "after correction"),
+        ):
+            axes.fill_between(turn.angle_deg, low, high, color=colour, linewidth=0.6, label=label)
+        axes.set_xlim(0, 360)
+        axes.set_xticks(range(0, 361, 45))
+        axes.set_xlabel("angle / deg")
+        axes.set_ylabel("error / arcsec")
+        axes.legend(loc="upper right", ncols=2)
+        return _svg(figure)
 
 
-def waveform_plot(plan: ZeroReturnPlan, counts_each_side: int = 6) -> str:
-    """Sampled A, B and Z around the zero mark, forward, with the place at which the index is latched."""
-    motion = Motion(-counts_each_side - 0.5).constant_speed(
-        plan.speed_rps, turns=(2 * counts_each_side + 1) / COUNTS_PER_TURN
-    )
-    encoder = SyntheticEncoder(motion, plan.sample_rate_hz)
-    samples = encoder.whole().changes.to_samples()
-    time_ns = np.arange(len(samples)) / plan.sample_rate_hz * 1e9
-    figure, axes = _figure(2.6)
-    for row, (name, bit) in enumerate((("Z", Z_BIT), ("B", B_BIT), ("A", A_BIT))):
-        level = (samples >> bit & 1) * 0.7 + row
-        axes.step(time_ns, level, where="post", color="#333333", lw=1.2)
-        axes.plot(time_ns, level, ".", ms=3, color=AFTER_COLOUR)
-        axes.text(-0.015, (row + 0.35) / 3, name, transform=axes.transAxes, ha="right", va="center")
-    gate = (samples & 7) == 7
-    if gate.any():
-        latched = time_ns[int(np.argmax(gate))]
-        axes.axvline(latched, color=MARK_COLOUR, lw=1)
-        axes.text(latched, 3.05, " index latched, position 0", color=MARK_COLOUR, va="bottom")
-    axes.set_ylim(-0.2, 3)
-    axes.set_yticks([])
-    axes.set_xlabel(f"time (ns); dots are samples, {plan.samples_per_count:.2f} for each count")
-    return _svg(figure)
+def waveform_plot(result: ZeroReturnResult) -> str:
+    """A, B and Z around the zero mark as the core sampled them, the latched count shaded, forward above reverse."""
+    waves = sorted({wave.direction: wave for wave in result.waveforms}.values(), key=lambda wave: -wave.direction)
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(7.4, 1.9 * max(len(waves), 1)), layout="constrained")
+        sample_ns = 1e9 / result.sample_rate_hz
+        rows = figure.subplots(max(len(waves), 1), 1, squeeze=False)[:, 0]
+        for axes, wave in zip(rows, waves, strict=False):
+            _draw_wave(axes, wave, sample_ns)
+            axes.set_title("forward" if wave.direction > 0 else "reverse", loc="left", fontsize=9, color=QUIET)
+        rows[-1].set_xlabel("time from the latched index / ns")
+        return _svg(figure)
 
 
-def _figure(height_inch: float):
-    figure = Figure(figsize=(WIDTH_INCH, height_inch), layout="constrained")
-    axes = figure.subplots()
-    axes.grid(alpha=0.25)
-    axes.spines[["top", "right"]].set_visible(False)
-    return figure, axes
+def _draw_wave(axes, wave: Waveform, sample_ns: float) -> None:
+    times = np.append(wave.time, wave.end) * sample_ns
+    latched = int(np.searchsorted(wave.time, 0, side="right")) - 1
+    if 0 <= latched < len(wave.time):
+        axes.axvspan(times[latched], times[latched + 1], color="#f3d9a4", linewidth=0)
+        middle = (times[latched] + times[latched + 1]) / 2
+        axes.annotate("0", (middle, 4.25), ha="center", va="bottom", color="#7a5a10", annotation_clip=False)
+    for base, line in ((3.0, A_BIT), (1.5, B_BIT), (0.0, Z_BIT)):
+        level = (wave.state >> line & 1).astype(float)
+        axes.step(times, base + np.append(level, level[-1]), where="post", color="#20262d", linewidth=1.1)
+    axes.set_yticks([0.5, 2.0, 3.5], ["Z", "B", "A"])
+    axes.set_ylim(-0.3, 4.9)
+    axes.set_xlim(times[0], times[-1])
+    axes.tick_params(axis="y", length=0)
+    axes.grid(axis="y", visible=False)
+    axes.spines["left"].set_visible(False)
 
 
 def _svg(figure: Figure) -> str:
-    # Text stays text, and a fixed salt makes the same result give the same bytes.
-    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "arcref"}):
-        file = io.StringIO()
-        figure.savefig(file, format="svg", metadata={"Date": None}, dpi=150)
-    text = file.getvalue()
-    return text[text.index("<svg") :]
+    """The figure as an SVG element, without the file's head, the date and fixed sizes."""
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+    svg = text.getvalue()
+    svg = svg[svg.index("<svg") :]
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    head, rest = svg.split(">", 1)
+    return re.sub(r' (width|height)="[^"]*"', "", head) + ">" + rest
