@@ -32,9 +32,10 @@ verilog: $(CORE) ## write the core as Verilog, with the ROM inside
 test: $(READY) ## run every test
 	@$(BIN)/python -m pytest
 
-bench: $(ROM) ## the long runs, and the speed of the simulation beside plain cocotb
-	@$(BIN)/python -m pytest -m long --long -s
-	@$(BIN)/arcref simulate speed --rom $(ROM)
+bench: $(ROM) ## turn ten times with 1, 2 and 4 samples a word and at the interpolator's limit, and compare speeds
+	@for samples in 1 2 4; do $(BIN)/arcref simulate zero-return --samples $$samples --rom $(ROM) --curve $(RUN) || exit; done
+	@$(BIN)/arcref simulate zero-return --speed 63.48 --samples 4 --rom $(ROM) --curve $(RUN)
+	@$(BIN)/python tests/bench/compare_speed.py
 
 lint: $(READY) ## check the style of every Python file
 	@$(BIN)/ruff check .
