@@ -233,7 +233,7 @@ int arcref_set_input(Core* core, const char* name, uint64_t value) { return set_
 int arcref_reset(Core* core, int64_t clocks) {
 #ifdef HAS_RESET
     core->pins.rst = 1;
-    for (; clocks > 0; clocks--) eval_clock(core->model, true, true, true);
+    for (; clocks > 0; clocks--) eval_clock(core->model, true, true, true, true);
     core->pins.rst = 0;
     core->clock = 0;
     return 1;

@@ -105,7 +105,7 @@ def fit_as_rom(curve: ErrorCurve, provenance: dict) -> RadialBasisNetwork:
 
 
 def check_outputs(outputs: list[Path | None], inputs: list[Path]) -> None:
-    """Raises `InputError` when a file to be written is an input, is named twice, or has no folder: before a long run."""
+    """Raises `InputError` when a file to be written is an input, is named twice, or has no folder."""
     taken = {path.resolve() for path in inputs}
     for path in filter(None, outputs):
         if path.resolve() in taken:

@@ -1,6 +1,7 @@
 """The core, compiled with Verilator and run word by word in native code, with the same lists as the golden model."""
 
 import ctypes
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,22 @@ class _Run(ctypes.Structure):
     ]
 
 
+@dataclass(frozen=True)
+class CompiledCore:
+    """A core ready to run: its shared library, and what `describe_core` says of it. Any number of cores run from it."""
+
+    library: Path
+    description: dict
+
+    @classmethod
+    def of(
+        cls, design: ReferenceEncoder, folder: Path = DEFAULT_BUILD_FOLDER, *, plain: bool = False
+    ) -> "CompiledCore":
+        """Compiles a design unless that was done before; see `build_core` for `folder`, `plain` and what is raised."""
+        description = describe_core(design, observed=True)
+        return cls(build_core(export_verilog(design, observed=True), description, folder, plain=plain), description)
+
+
 class LogOverflow(RuntimeError):
     """The core's outputs changed far more often than its inputs: something is badly wrong with it."""
 
@@ -47,12 +64,10 @@ class VerilatedCore:
     The native code runs without Python's lock, so that another thread can check the piece before meanwhile.
     """
 
-    def __init__(self, core: ReferenceEncoder, folder: Path = DEFAULT_BUILD_FOLDER, *, plain: bool = False):
-        """Builds the core unless that was done before; see `build_core` for `folder` and `plain`."""
-        self.description = describe_core(core, observed=True)
-        library = build_core(export_verilog(core, observed=True), self.description, folder, plain=plain)
-        self.samples_per_word = core.samples_per_word
-        self._library = _load(library)
+    def __init__(self, compiled: CompiledCore):
+        self.description = compiled.description
+        self.samples_per_word = self.description["samples_per_word"]
+        self._library = _load(compiled.library)
         self._core = self._library.arcref_create()
         self._outputs = output_ports(self.description)
         self._plan = None

@@ -23,7 +23,7 @@ from arcref_sim.graduation import GraduationError
 from arcref_sim.motion import Motion
 from arcref_sim.spi_plan import SNAPSHOT_CLOCKS, SpiPlan, decode_frames
 from arcref_sim.truth_check import TruthCheck
-from arcref_sim.verilated_core import VerilatedCore
+from arcref_sim.verilated_core import CompiledCore, VerilatedCore
 from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER
 from arcref_sim.zero_return_result import ZeroReturnResult
 
@@ -72,8 +72,7 @@ def run_zero_return(
     done, 0 to 1.
     """
     started = time.perf_counter()
-    design = ReferenceEncoder(rom, samples_per_word)
-    core = VerilatedCore(design, folder)
+    core = VerilatedCore(CompiledCore.of(ReferenceEncoder(rom, samples_per_word), folder))
     graduation = GraduationError.from_curve(curve)
     motion = zero_return_motion(graduation, speed_rps, revolutions, word_clock_hz)
     encoder = SyntheticEncoder(motion, word_clock_hz * samples_per_word, graduation)

@@ -67,6 +67,7 @@ def _origin(result: ZeroReturnResult) -> list[tuple[str, str]]:
     rom, core = result.provenance["rom"], result.provenance["core"]
     inputs = rom.get("inputs")
     files = [entry for entry in inputs if isinstance(entry, dict)] if isinstance(inputs, list) else []
+    named = [f"{entry.get('file')}, SHA-256 {entry.get('sha256')}" for entry in files]
     method = rom.get("method") if isinstance(rom.get("method"), dict) else {}
     return [
         ("encoder", rom.get("encoder_serial") or "not stated"),
