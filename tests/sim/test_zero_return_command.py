@@ -1,4 +1,4 @@
-"""`arcref simulate zero-return`: PASS where samples suffice, an honest FAIL where they do not, one line for bad input."""
+"""`arcref simulate zero-return`: PASS where samples suffice, an honest FAIL where not, one line for bad input."""
 
 import json
 from pathlib import Path
