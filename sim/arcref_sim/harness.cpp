@@ -2,7 +2,7 @@
 //
 // Built by verilated_core.py together with the model. `core_ports.inc`, written by the build, tells the ports:
 //   SAMPLES_PER_WORD, FIRST_CORRECTED_WORD, Model, Pins, raise_clocks(), eval_clock(), OUTPUT_PORTS (readers),
-//   set_input_port(), HAS_RESET.
+//   set_input_port(), MODEL_SOURCE, HAS_RESET.
 // A clock here is one rising edge of the word clock: it takes one sample word and is followed by one look at the outputs.
 
 #include <cstdint>
@@ -195,6 +195,7 @@ inline void log_outputs(Core& core, Run& run) {
 
 }  // namespace
 
+#pragma GCC visibility push(default)
 extern "C" {
 
 Core* arcref_create() { return new Core; }
@@ -244,3 +245,7 @@ int arcref_reset(Core* core, int64_t clocks) {
 }
 
 }  // extern "C"
+#pragma GCC visibility pop
+
+// In one piece with the harness, so that the compiler can put the model into the loop above.
+#include MODEL_SOURCE

@@ -9,10 +9,13 @@ TOP_MODULE = "top"
 MODEL = "Vcore"
 """Name of the C++ class that Verilator makes."""
 
+FAST_PART = f"{MODEL}___024root__0.cpp"
+"""The model's file with the code that runs at every clock."""
+
 RESTING_BLOCKS = ("rom_check", "spi", "strobe_delay", "capture")
 """Blocks of the core that have nothing to do for long stretches: the power-up check once it is over, the SPI port while
-chip select is high, the strobe and its captures while there is none. They are 40 % of the model's code, and the harness spares it by not
-clocking them. The build `plain` clocks everything, and the tests hold one against the other."""
+chip select is high, the strobe and its captures while there is none. They are 40 % of the model's code, and the harness
+spares it by not clocking them. The build `plain` clocks everything, and the tests hold one against the other."""
 
 
 def clock_memory(clock: str) -> str:
@@ -75,7 +78,7 @@ def harness_ports(description: dict, *, plain: bool) -> str:
     `plain` evaluates both edges through Verilator's public call and keeps the reset port.
     """
     lines = [f'#include "{MODEL}.h"', f'#include "{MODEL}___024root.h"']
-    lines += [f"using Model = {MODEL};", f"using Pins = {MODEL}___024root;"]
+    lines += [f'#define MODEL_SOURCE "{FAST_PART}"', f"using Model = {MODEL};", f"using Pins = {MODEL}___024root;"]
     lines += [f"constexpr int SAMPLES_PER_WORD = {description['samples_per_word']};"]
     lines += [f"constexpr int64_t FIRST_CORRECTED_WORD = {description['first_corrected_word']};"]
     runs = "".join(f", bool {block}_runs" for block in RESTING_BLOCKS)

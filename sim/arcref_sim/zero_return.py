@@ -39,6 +39,12 @@ REST_WORDS = FIRST_CORRECTED_WORD + 64
 WORDS_PER_SPI_FRAME = 20011
 """Word clocks from one SPI frame to the next: 10 kHz, and prime, so that the frames fall anywhere among the samples."""
 
+FEWEST_SPI_FRAMES = 20
+"""Frames in a run too short for the usual distance."""
+
+WORDS_OF_SPI_FRAME = 700
+"""Word clocks that a frame takes at most, with room to spare."""
+
 PIECES_WAITING = 3
 
 
@@ -78,7 +84,8 @@ def run_zero_return(
     encoder = SyntheticEncoder(motion, word_clock_hz * samples_per_word, graduation)
     words = encoder.number_of_samples // samples_per_word
 
-    frame_starts = np.arange(WORDS_PER_SPI_FRAME, words - 1000, WORDS_PER_SPI_FRAME)
+    spacing = min(WORDS_PER_SPI_FRAME, words // FEWEST_SPI_FRAMES)
+    frame_starts = np.arange(spacing // 2, words - WORDS_OF_SPI_FRAME, spacing)
     core.plan_spi(SpiPlan(frame_starts))
     truth = TruthCheck(encoder, samples_per_word, frame_starts + SNAPSHOT_CLOCKS - core.latency_words)
     checker = _Checker(CoreModel(rom, samples_per_word), truth)

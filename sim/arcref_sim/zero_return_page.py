@@ -65,16 +65,12 @@ def _error_text(error: ErrorFigures) -> str:
 def _origin(result: ZeroReturnResult) -> list[tuple[str, str]]:
     """Where ROM and core come from. A ROM's provenance may hold anything, so nothing in it is taken for granted."""
     rom, core = result.provenance["rom"], result.provenance["core"]
-    inputs = rom.get("inputs")
-    files = [entry for entry in inputs if isinstance(entry, dict)] if isinstance(inputs, list) else []
-    named = [f"{entry.get('file')}, SHA-256 {entry.get('sha256')}" for entry in files]
+    inputs = rom.get("inputs") if isinstance(rom.get("inputs"), list) else []
+    files = [f"{entry.get('file')}, SHA-256 {entry.get('sha256')}" for entry in inputs if isinstance(entry, dict)]
     method = rom.get("method") if isinstance(rom.get("method"), dict) else {}
     return [
         ("encoder", rom.get("encoder_serial") or "not stated"),
-        (
-            "calibration",
-            ", ".join(f"{entry.get('file')}, SHA-256 {entry.get('sha256')}" for entry in files) or "not stated",
-        ),
+        ("calibration", ", ".join(files) or "not stated"),
         ("method", f"{method['name']}, spread {method.get('spread_deg')} deg" if "name" in method else "not stated"),
         ("ROM image", f"CRC-32 {result.provenance['rom_crc32']}"),
         ("core", f"{core['samples_per_word']} samples a word, latency {core['latency_cycles']} clocks"),
