@@ -13,8 +13,8 @@ from arcref_sim.motion import Motion
 from arcref_sim.square_waves import AB_OF_LOW_BYTE, SquareWaves, ZeroMark
 
 SAMPLES_PER_PIECE = 1 << 20
-"""Samples of a piece unless told otherwise: 1.3 ms at 800 M samples/s, 110 000 edges at 10 turns a second. Small enough to
-stay in a processor's cache: four times as many make a long run a fifth slower."""
+"""Samples of a piece unless told otherwise: 1.3 ms at 800 M samples/s, 110 000 edges at 10 turns a second. Small enough
+to stay in a processor's cache: four times as many make a long run a fifth slower."""
 
 
 @dataclass(frozen=True)
