@@ -28,8 +28,7 @@ class CoreLog:
 class Difference:
     """The first place where the core and the golden model disagree.
 
-    `output` is "positions", "status" or "captures"; `core` and `model` are the records as text, "none" where one has
-    none.
+    `output` is "positions", "status" or "captures"; `core` and `model` are the records as text, or "none".
     """
 
     word: int

@@ -1,6 +1,4 @@
-"""Edges of A, B and Z from a motion: when each comes, solved exactly and in chunks, so that a long run needs little
-memory.
-"""
+"""Edges of A, B and Z from a motion: when each comes, solved exactly, in chunks that keep the memory small."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,8 +17,7 @@ CHUNK_CONVERSIONS = 1 << 12
 
 @dataclass(frozen=True)
 class Edges:
-    """Edges in the order of time: `time_s` (float64, never falling), `count` after each (int64), `z` after each
-    (uint8).
+    """Edges in the order of time: `time_s` (float64, never falling), and after each `count` (int64) and `z` (uint8).
 
     An edge of Z alone repeats the count before it.
     """
@@ -66,9 +63,7 @@ class EdgeSource:
             yield Edges(time_s, count, level)
 
     def _shape(self, time_s, last_s: float, random) -> np.ndarray:
-        """Adds delay and jitter, and keeps the shortest spacing to each edge before, `last_s` being the one
-        before all.
-        """
+        """Adds delay and jitter, and keeps the shortest spacing; `last_s` is the time of the edge before all."""
         waves = self._waves
         if waves.delay_ns:
             time_s = time_s + waves.delay_ns * 1e-9

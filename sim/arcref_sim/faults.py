@@ -18,9 +18,7 @@ STROBE_LINE = 1 << STROBE_BIT
 
 @dataclass(frozen=True)
 class PhaseShift:
-    """From `start` up to, not including, `end` (samples; None is for ever) A and B show the state `counts`
-    further on.
-    """
+    """A and B show the state `counts` further on from sample `start` up to, not including, `end`; None is for ever."""
 
     start: int
     counts: int
@@ -88,9 +86,7 @@ def noise_glitches(start: int, end: int, number: int, *, line: int = A_LINE, see
 
 
 def strobe_pulses(samples, duration: int = 1) -> list[Fault]:
-    """A strobe pulse of `duration` samples with its rising edge at each of `samples`. Not a fault, but made like
-    one.
-    """
+    """Strobe pulses of `duration` samples that rise at each of `samples`. No fault, but made like one."""
     return [LineHold(int(sample), int(sample) + duration, STROBE_LINE, STROBE_LINE) for sample in samples]
 
 

@@ -43,7 +43,7 @@ struct SpiFrame {
 };
 #pragma pack(pop)
 
-// A log in memory of the caller. What does not fit is counted but not kept, and the caller sees that.
+// A log in the caller's memory. What does not fit is counted but not kept, and the caller sees that.
 template <class Record> struct Log {
     Record* records;
     int64_t capacity, used;
@@ -197,7 +197,6 @@ inline void log_outputs(Core& core, Run& run) {
 
 #pragma GCC visibility push(default)
 extern "C" {
-
 Core* arcref_create() { return new Core; }
 void arcref_destroy(Core* core) { delete core; }
 
@@ -243,7 +242,6 @@ int arcref_reset(Core* core, int64_t clocks) {
     return 0;
 #endif
 }
-
 }  // extern "C"
 #pragma GCC visibility pop
 

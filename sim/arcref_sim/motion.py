@@ -136,9 +136,7 @@ class Motion:
         return self._append(UniformSegment(self.end_counts, speed_rps * COUNTS_PER_TURN, 0.0, duration_s))
 
     def ramp(self, speed_rps: float, duration_s: float, *, from_speed_rps: float | None = None) -> "Motion":
-        """Change the speed evenly to `speed_rps` within `duration_s`, from the present speed unless another
-        is given.
-        """
+        """Change the speed evenly to `speed_rps` within `duration_s`, from the present one unless another is given."""
         first = self.end_speed_rps if from_speed_rps is None else from_speed_rps
         speed = first * COUNTS_PER_TURN
         acceleration = (speed_rps - first) * COUNTS_PER_TURN / duration_s

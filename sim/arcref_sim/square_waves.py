@@ -7,9 +7,7 @@ import numpy as np
 from arcref.angle import COUNTS_PER_TURN
 
 AB_OF_COUNT = np.array([0b11, 0b10, 0b00, 0b01], dtype=np.uint8)
-"""Lines `A + 2 B` at count 0, 1, 2, 3 (mod 4): count 0 is the gate state (1,1), and forward is (A,B) = 11, 01, 00,
-10.
-"""
+"""Lines `A + 2 B` at count 0, 1, 2, 3 (mod 4). Count 0 is the gate state (1,1); forward is (A,B) = 11, 01, 00, 10."""
 
 AB_OF_LOW_BYTE = np.tile(AB_OF_COUNT, 64)
 """The same by the low byte of a count, which is quicker to get than its remainder."""
@@ -19,13 +17,14 @@ AB_OF_LOW_BYTE = np.tile(AB_OF_COUNT, 64)
 class SquareWaves:
     """Imperfections of A and B; all of them are zero for the ideal encoder.
 
-    `a_duty`, `b_duty`: part of a period (4 counts) in which the line is high, its middle staying in place.
-    `phase_error_deg`: B behind its place, in degrees of a period. `jitter_ns`: standard deviation of each edge's
-    time; edges never change their order. `shortest_edge_spacing_ns`: the output never makes two edges of A and B
-    closer than this; it delays the later one. `conversion_interval_ns`: 0 for comparators that follow the angle at
-    once; otherwise the angle is converted only this often, and the edges between two conversions come in a bunch, at
-    the shortest edge spacing. Duty and phase error are then without meaning. `delay_ns`: constant delay of A, B and
-    Z.
+    - `a_duty`, `b_duty`: part of a period (4 counts) in which the line is high, its middle staying in place.
+    - `phase_error_deg`: B behind its place, in degrees of a period.
+    - `jitter_ns`: standard deviation of each edge's time; edges never change their order.
+    - `shortest_edge_spacing_ns`: no two edges of A and B come closer than this; the later one is delayed.
+    - `conversion_interval_ns`: 0 for comparators that follow the angle at once; otherwise the angle is converted only
+      this often, and the edges between two conversions come in a bunch, at the shortest edge spacing. Duty and phase
+      error are then without meaning.
+    - `delay_ns`: constant delay of A, B and Z.
     """
 
     a_duty: float = 0.5
@@ -74,9 +73,7 @@ class ZeroMark:
     extra_counts: tuple[int, ...] = ()
 
     def intervals(self, low: float, high: float) -> np.ndarray:
-        """The marks that touch the readings `low` to `high`: rows (begin, end), rising. Raises ValueError if
-        two meet.
-        """
+        """The marks that touch the readings `low` to `high`, as rows (begin, end). Raises ValueError if two meet."""
         half = self.width_states / 2
         first = int(np.floor((low - half - self.centre_counts) / COUNTS_PER_TURN))
         last = int(np.ceil((high + half - self.centre_counts) / COUNTS_PER_TURN))

@@ -8,6 +8,7 @@ from arcref_gateware.golden.core import POSITION_CHANGE, STATUS_CHANGE
 from arcref_gateware.golden.signal_changes import A_BIT, B_BIT, Z_BIT
 from arcref_sim.core_log import CoreLog
 from arcref_sim.encoder import EncoderPiece, SyntheticEncoder
+from arcref_sim.lost_counts import LostCounts
 from arcref_sim.zero_return_result import ErrorFigures, ErrorOverTurn, IndexPass, Waveform
 
 CELLS_PER_TURN = 720
@@ -30,12 +31,12 @@ class TruthCheck:
         self._encoder, self._samples = encoder, samples_per_word
         self._snapshot_words = np.asarray(snapshot_words, dtype=np.int64)
         self._before: EncoderPiece | None = None
-        self._position, self._status = np.zeros(1, POSITION_CHANGE), np.zeros(1, STATUS_CHANGE)
+        self._position, self._status = np.zeros(1, POSITION_CHANGE)[0], np.zeros(1, STATUS_CHANGE)
+        self._lost = LostCounts(samples_per_word)
         self._snapshots: list[np.ndarray] = []
         self._before_sum = self._after_sum = 0.0
         self._readings = 0
         self._limits = np.array([[np.inf], [-np.inf], [np.inf], [-np.inf]]).repeat(CELLS_PER_TURN, axis=1)
-        self.lost_counts = 0
         self.correction_deviation_counts = 0.0
         self.index_passes: list[IndexPass] = []
         self.waveforms: list[Waveform] = []
@@ -43,21 +44,26 @@ class TruthCheck:
 
     def add(self, piece: EncoderPiece | None, log: CoreLog) -> None:
         """Take the next piece (None at the end) and the log of the core's run over it."""
-        pieces = [one for one in (self._before, piece) if one is not None]
-        positions = np.concatenate((self._position, log.positions))
         status = np.concatenate((self._status, log.status))
-        self._take_indices(pieces, positions, status)
+        self._take_indices([one for one in (self._before, piece) if one is not None], log.positions, status)
         homed = status["word"][status["homed"] == 1]
-        if len(homed):
-            shown = log.positions[log.positions["word"] >= homed[0]]
-            active = status["word"][(status["flags"] & Flag.CORRECTION_ACTIVE) != 0]
-            self._take_positions(pieces, shown, int(active[0]) if len(active) else None)
+        self._lost.add(piece, log, int(homed[0]) if len(homed) else None)
+        corrected = status["word"][(status["flags"] & Flag.CORRECTION_ACTIVE) != 0]
+        if len(corrected):
+            first = np.searchsorted(log.positions["word"], corrected[0])
+            self._take_positions(log.positions[first::READINGS_APART])
         ready = np.searchsorted(self._snapshot_words, log.end_word)
-        self._take_snapshots(positions, self._snapshot_words[:ready])
+        self._snapshots.append(self._shown_at(log.positions, self._snapshot_words[:ready])["position"])
         self._snapshot_words = self._snapshot_words[ready:]
-        self._position, self._status = positions[-1:].copy(), status[-1:].copy()
+        self._position = log.positions[-1].copy() if len(log.positions) else self._position
+        self._status = status[-1:].copy()
         if piece is not None:
             self._before = piece
+
+    @property
+    def lost_counts(self) -> int:
+        """Largest distance of the raw position from the ideal count since homing."""
+        return self._lost.largest
 
     @property
     def snapshot_positions(self) -> np.ndarray:
@@ -80,35 +86,18 @@ class TruthCheck:
         angle_deg = (np.arange(CELLS_PER_TURN) + 0.5) * (360 / CELLS_PER_TURN)
         return ErrorOverTurn(angle_deg, *np.where(np.isfinite(self._limits), self._limits, np.nan))
 
-    def _ideal_counts(self, pieces, sample: np.ndarray) -> np.ndarray:
-        counts = pieces[-1].count_at(sample)
-        if len(pieces) == 2:
-            earlier = sample < pieces[1].changes.start
-            counts[earlier] = pieces[0].count_at(sample[earlier])
-        return counts
-
-    def _take_positions(self, pieces, shown: np.ndarray, corrected_from: int | None) -> None:
-        if len(shown) == 0:
+    def _take_positions(self, positions: np.ndarray) -> None:
+        """Holds some corrected positions against the curve and the true angle."""
+        if len(positions) == 0:
             return
-        samples = self._samples
-        sample = shown["word"] * samples + samples - 1
-        lost = np.abs(shown["raw_position"] - self._ideal_counts(pieces, sample))
-        self.lost_counts = max(self.lost_counts, int(lost.max()))
-        if corrected_from is None:
-            return
-        chosen = np.flatnonzero(shown["word"] >= corrected_from)[::READINGS_APART]
-        some, sample = shown[chosen], sample[chosen]
-        if len(some) == 0:
-            return
-        graduation = self._encoder.graduation
-        curve = some["raw_position"] - graduation.true_at_reading(some["raw_position"])
-        deviation = np.abs(some["position"] - some["raw_position"] + curve).max()
-        self.correction_deviation_counts = max(self.correction_deviation_counts, float(deviation))
+        raw, corrected = positions["raw_position"], positions["position"]
+        curve = raw - self._encoder.graduation.true_at_reading(raw)
+        deviation = float(np.abs(corrected - raw + curve).max())
+        self.correction_deviation_counts = max(self.correction_deviation_counts, deviation)
         # A count stands for its middle. The truth is taken at the last sample of the word, which the position follows.
-        true = self._encoder.true_angle_at(sample)
-        before = (some["raw_position"] + 0.5 - true) * ARCSEC_PER_COUNT
-        after = (some["position"] + 0.5 - true) * ARCSEC_PER_COUNT
-        self._readings += len(some)
+        true = self._encoder.true_angle_at((positions["word"] + 1) * self._samples - 1)
+        before, after = ((value + 0.5 - true) * ARCSEC_PER_COUNT for value in (raw, corrected))
+        self._readings += len(positions)
         self._before_sum += float(before @ before)
         self._after_sum += float(after @ after)
         self._widen_limits(true, before, after)
@@ -127,7 +116,7 @@ class TruthCheck:
         for place in np.flatnonzero(np.diff(status["index_count"])):
             earlier, now = status[place], status[place + 1]
             word = int(now["word"])
-            raw = int(positions["raw_position"][np.searchsorted(positions["word"], word, side="right") - 1])
+            raw = int(self._shown_at(positions, np.array([word]))["raw_position"][0])
             turn = (raw + COUNTS_PER_TURN // 2) // COUNTS_PER_TURN
             direction = -1 if now["flags"] & Flag.LAST_DIRECTION_REVERSE else 1
             homes = bool(now["homed"]) and not earlier["homed"]
@@ -150,6 +139,9 @@ class TruthCheck:
         part = slice(first, last)
         self.waveforms.append(Waveform(direction, time[part] - index, state[part].copy(), int(time[last] - index)))
 
-    def _take_snapshots(self, positions: np.ndarray, words: np.ndarray) -> None:
+    def _shown_at(self, positions: np.ndarray, words: np.ndarray) -> np.ndarray:
+        """The records of POSITION_CHANGE that hold at `words`."""
         place = np.searchsorted(positions["word"], words, side="right") - 1
-        self._snapshots.append(positions["position"][place])
+        shown = positions[np.maximum(place, 0)] if len(positions) else np.empty(len(words), POSITION_CHANGE)
+        shown[place < 0] = self._position
+        return shown

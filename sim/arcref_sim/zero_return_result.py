@@ -43,8 +43,7 @@ class Waveform:
 class ErrorOverTurn:
     """Errors against the truth in arc seconds, in cells of the turn with their middles at `angle_deg`.
 
-    `before_...` is the reading's own error, `after_...` the corrected one's; each a low and a high limit of what
-    occurred.
+    `before_...` is the reading's own error, `after_...` the corrected one's; low and high are the limits that occurred.
     """
 
     angle_deg: np.ndarray

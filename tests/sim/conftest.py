@@ -19,14 +19,6 @@ POLYGON = PROJECT / "examples" / "polygon_before_correction.csv"
 BUILDS = PROJECT / "build" / "verilated"
 
 
-def pytest_collection_modifyitems(config, items):
-    """Leave out long runs unless they are asked for."""
-    if not config.getoption("--long", default=False):
-        for item in items:
-            if "long" in item.keywords:
-                item.add_marker(pytest.mark.skip(reason="long run: make bench"))
-
-
 @pytest.fixture(scope="session")
 def network() -> RadialBasisNetwork:
     """The curve of the published run."""
