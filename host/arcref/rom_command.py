@@ -44,7 +44,7 @@ def rom(calibration, subdivision, output, spread, ridge, json_path, plot):
     """
     if output.suffix != ".json":
         raise InputError(f"{output}: the name of a ROM image must end in .rom.json")
-    curve = _read_curve(calibration)
+    curve = read_curve(calibration)
     within_line = SubdivisionCurve.from_calibration_json(subdivision) if subdivision else None
     _refuse_large_errors(calibration, curve)
     network = RadialBasisNetwork.fit(curve, spread, ridge)
@@ -100,7 +100,8 @@ def rom_figures(curve: ErrorCurve, network: RadialBasisNetwork, image: Correctio
     }
 
 
-def _read_curve(path: Path) -> ErrorCurve:
+def read_curve(path: Path) -> ErrorCurve:
+    """A calibration over the turn, or a reduced curve. Raises `InputError` when the file cannot be used."""
     if path.suffix.lower() == ".json":
         return ErrorCurve.from_calibration_json(path)
     return ErrorCurve.from_polygon_csv(path)

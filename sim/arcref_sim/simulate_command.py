@@ -13,6 +13,7 @@ from arcref.atomic_file import write_files
 from arcref.error_curve import ErrorCurve
 from arcref.input_error import InputError
 from arcref.radial_basis_network import RadialBasisNetwork
+from arcref.rom_command import read_curve
 from arcref.rom_image import load_rom
 from arcref_gateware.quadrature import SAMPLES_PER_WORD
 from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER
@@ -86,13 +87,6 @@ def zero_return(speed, revolutions, samples, rom_path, curve, json_path, page, b
     _print(result, page)
     if not result.passed:
         raise click.exceptions.Exit(1)
-
-
-def read_curve(path: Path) -> ErrorCurve:
-    """A calibration over the turn, or a reduced curve. Raises `InputError` when the file cannot be used."""
-    if path.suffix.lower() == ".json":
-        return ErrorCurve.from_calibration_json(path)
-    return ErrorCurve.from_polygon_csv(path)
 
 
 def fit_as_rom(curve: ErrorCurve, provenance: dict) -> RadialBasisNetwork:
