@@ -50,7 +50,7 @@ pins: ## pin every package again, with hashes, from pyproject.toml (needs pip-co
 	pip-compile -q --generate-hashes --strip-extras --allow-unsafe --no-emit-index-url --no-emit-find-links \
 	    -o requirements/host.txt pyproject.toml
 	pip-compile -q --generate-hashes --strip-extras --allow-unsafe --no-emit-index-url --no-emit-find-links \
-	    --extra gateware --extra sim --extra timing --extra test -o requirements/all.txt pyproject.toml
+	    --extra gateware --extra sim --extra boards --extra test -o requirements/all.txt pyproject.toml
 
 $(READY): pyproject.toml requirements/all.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
