@@ -25,7 +25,8 @@ class ErrorCurve:
     `angle_deg`, `error_arcsec`: float64[n], angles strictly increasing within one turn, the closure row left out;
     `u_arcsec`: standard uncertainty (k=1) of each error, or None when none is stated; `provenance`: `encoder_serial`,
     `date`, `inputs` and what else the file tells; `closure_row`: (angle_deg, error_arcsec) of the first face read
-    again a turn later, or None; `places`: for messages, where in its file each error stands, or None.
+    again a turn later, or None; `places`: for messages, where in its file each error stands, or None;
+    `arc_deg`: (first, last) angle when only an arc of the turn was measured, None for the whole turn.
     """
 
     angle_deg: np.ndarray
@@ -34,6 +35,7 @@ class ErrorCurve:
     provenance: dict = field(default_factory=dict)
     closure_row: tuple[float, float] | None = None
     places: tuple[dict, ...] | None = field(default=None, repr=False)
+    arc_deg: tuple[float, float] | None = None
 
     def __post_init__(self):
         for name in ("angle_deg", "error_arcsec", "u_arcsec"):
