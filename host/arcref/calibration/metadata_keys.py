@@ -1,0 +1,213 @@
+"""The metadata keys of run files: each key stands here once, with its meaning, for readers, hints and the manual.
+
+Numbers that only the user knows (what the certificates state, how well the autocollimator is aligned) reach the
+uncertainty budget through these keys. Uncertainties are standard uncertainties (k=1) unless the key says `expanded`;
+an expanded one is taken with k=2.
+"""
+
+import math
+from dataclasses import dataclass
+
+from arcref.input_error import InputError
+from arcref.run_file import RunFile
+
+POLYGON, CLOSURE, THEODOLITE, SUBDIVISION = "polygon", "closure", "theodolite", "subdivision"
+EVERY = (POLYGON, CLOSURE, THEODOLITE, SUBDIVISION)
+FACES = (POLYGON, CLOSURE)
+
+IDENTIFICATION, CONDITIONS, METHOD, UNCERTAINTY = "identification", "conditions", "method", "uncertainty"
+
+
+@dataclass(frozen=True)
+class MetadataKey:
+    """One key: `name` as it stands behind `#`; `kinds` of run that use it; `group`, where a report shows it.
+
+    `unit`: of its number, "1" for a number without one, None when its value is text. `lowest`: least number allowed.
+    """
+
+    name: str
+    group: str
+    meaning: str
+    kinds: tuple[str, ...] = EVERY
+    unit: str | None = None
+    lowest: float = -math.inf
+
+    @property
+    def label(self) -> str:
+        """The name as people read it: `encoder_serial` is "encoder serial"."""
+        return self.name.replace("_", " ")
+
+
+def _text(name, group, meaning, kinds=EVERY):
+    return MetadataKey(name, group, meaning, kinds)
+
+
+def _number(name, group, meaning, unit, kinds=EVERY, lowest=-math.inf):
+    return MetadataKey(name, group, meaning, kinds, unit, lowest)
+
+
+METADATA_KEYS = (
+    _text("encoder_serial", IDENTIFICATION, "serial number of the encoder"),
+    _text("encoder_model", IDENTIFICATION, "model of the encoder"),
+    _text("encoder_maker", IDENTIFICATION, "maker of the encoder"),
+    _text("certificate_number", IDENTIFICATION, "number of the report, as the laboratory counts them"),
+    _text("customer", IDENTIFICATION, "for whom the encoder was calibrated"),
+    _text("laboratory", IDENTIFICATION, "who calibrated it, and where"),
+    _text("operator", IDENTIFICATION, "who took the readings"),
+    _text("date", IDENTIFICATION, "day of the readings, YYYY-MM-DD"),
+    _text("run", IDENTIFICATION, "what the run is: as found, as left, verification ..."),
+    _text("polygon_serial", IDENTIFICATION, "serial number of the polygon", FACES),
+    _text("polygon_certificate", IDENTIFICATION, "certificate of the polygon: number, date, laboratory", FACES),
+    _text("autocollimator_serial", IDENTIFICATION, "model and serial number of the autocollimator", FACES),
+    _text("autocollimator_certificate", IDENTIFICATION, "certificate of the autocollimator", FACES),
+    _text("theodolite_serial", IDENTIFICATION, "model and serial number of the theodolite", (THEODOLITE,)),
+    _text("theodolite_certificate", IDENTIFICATION, "certificate of the theodolite", (THEODOLITE,)),
+    _text("source", IDENTIFICATION, "publication or file the readings come from"),
+    _text("table", IDENTIFICATION, "which table of the source"),
+    _text("note", IDENTIFICATION, "anything else that a reader should know"),
+    _number("temperature_c", CONDITIONS, "mean temperature of the air during the run", "deg C"),
+    _number("temperature_change_k", CONDITIONS, "largest change of the temperature during the run", "K", lowest=0),
+    _number("humidity_percent", CONDITIONS, "relative humidity of the air", "%", lowest=0),
+    _number("pressure_hpa", CONDITIONS, "pressure of the air", "hPa", lowest=0),
+    _number("faces", METHOD, "number of faces of the polygon", "1", FACES, 3),
+    _number("autocollimator_sign", METHOD, "+1: e = (a-a1) - (b-b1) + (c-c1); -1: c is subtracted", "1", FACES, -1),
+    _number("autocollimator_roll_arcmin", METHOD, "roll of the autocollimator: x gets roll times y", "arcmin", FACES),
+    _number("closing_limit_arcsec", METHOD, "largest closing error that a round may have", "arcsec", FACES, 0),
+    _number(
+        "setting_step_deg", METHOD, "turn of the polygon on the encoder from one setting to the next", "deg", (CLOSURE,)
+    ),
+    _number("samples_per_period", METHOD, "samples of the signals in one signal period", "1", (SUBDIVISION,), 1),
+    _number("line_count", METHOD, "grating lines of the disc", "1", (SUBDIVISION,), 1),
+    _number(
+        "u_face_certificate_arcsec",
+        UNCERTAINTY,
+        "of one face deviation, from the polygon's certificate",
+        "arcsec",
+        (POLYGON,),
+        0,
+    ),
+    _number(
+        "expanded_face_certificate_arcsec",
+        UNCERTAINTY,
+        "the same as the certificate prints it, k=2",
+        "arcsec",
+        (POLYGON,),
+        0,
+    ),
+    _number(
+        "u_autocollimator_arcsec",
+        UNCERTAINTY,
+        "of one x reading, from the autocollimator's certificate",
+        "arcsec",
+        FACES,
+        0,
+    ),
+    _number(
+        "expanded_autocollimator_arcsec", UNCERTAINTY, "the same as the certificate prints it, k=2", "arcsec", FACES, 0
+    ),
+    _number(
+        "u_repeatability_arcsec", UNCERTAINTY, "of one reading, when one round alone cannot show it", "arcsec", FACES, 0
+    ),
+    _number(
+        "tilt_limit_arcsec", UNCERTAINTY, "tower tilt is below this, when there are no y readings", "arcsec", FACES, 0
+    ),
+    _number("u_autocollimator_roll_arcmin", UNCERTAINTY, "of the autocollimator's roll", "arcmin", FACES, 0),
+    _number(
+        "u_eccentric_mounting_arcsec",
+        UNCERTAINTY,
+        "of a reading, from the polygon's eccentric mounting",
+        "arcsec",
+        FACES,
+        0,
+    ),
+    _number(
+        "eccentricity_mm",
+        UNCERTAINTY,
+        "of the polygon on the shaft: how far the beam wanders over a face",
+        "mm",
+        FACES,
+        0,
+    ),
+    _number(
+        "u_face_flatness_arcsec_per_mm",
+        UNCERTAINTY,
+        "of a face's direction as the beam wanders over it",
+        "arcsec/mm",
+        FACES,
+        0,
+    ),
+    _number(
+        "u_temperature_arcsec",
+        UNCERTAINTY,
+        "of a reading, from the temperature's change during the run",
+        "arcsec",
+        EVERY,
+        0,
+    ),
+    _number(
+        "u_temperature_coefficient_arcsec_per_k",
+        UNCERTAINTY,
+        "of a reading, for each kelvin of change",
+        "arcsec/K",
+        EVERY,
+        0,
+    ),
+    _number(
+        "u_interpolation_arcsec",
+        UNCERTAINTY,
+        "of the encoder's error within a grating line",
+        "arcsec",
+        (*FACES, THEODOLITE),
+        0,
+    ),
+    _number(
+        "interpolation_amplitude_arcsec",
+        UNCERTAINTY,
+        "amplitude of that error, when it is known as one",
+        "arcsec",
+        (*FACES, THEODOLITE),
+        0,
+    ),
+    _number("u_azimuth_arcsec", UNCERTAINTY, "of one azimuth reading of the theodolite", "arcsec", (THEODOLITE,), 0),
+    _number("u_zenith_arcsec", UNCERTAINTY, "of one zenith reading of the theodolite", "arcsec", (THEODOLITE,), 0),
+)
+"""Every key that some verb or the report knows. Other keys are kept and shown as they stand."""
+
+KEYS_BY_NAME = {key.name: key for key in METADATA_KEYS}
+
+
+def known_keys(kind: str) -> tuple[str, ...]:
+    """Names of the keys that a run of `kind` uses."""
+    return tuple(key.name for key in METADATA_KEYS if kind in key.kinds)
+
+
+def stated_number(run: RunFile, name: str) -> float | None:
+    """The number that `run` states under the key `name`, or None when it does not.
+
+    Raises `InputError` when what stands there is no finite number, or below the key's least.
+    """
+    text = run.metadata.get(name)
+    if text is None or not text.strip():
+        return None
+    key = KEYS_BY_NAME[name]
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    shown = text if len(text) <= 40 else text[:37] + "..."
+    if not math.isfinite(value):
+        raise InputError.at(run.path, f"metadata {name}: {shown!r} is not a finite number ({key.unit} expected)")
+    if value < key.lowest:
+        raise InputError.at(run.path, f"metadata {name}: {shown} is below {key.lowest:g}, the least that can be")
+    return value
+
+
+def stated_standard_uncertainty(run: RunFile, name: str, expanded_name: str) -> float | None:
+    """A standard uncertainty that may be stated as such (`name`) or as an expanded one with k=2 (`expanded_name`).
+
+    Raises `InputError` when both stand in the file.
+    """
+    standard, expanded = stated_number(run, name), stated_number(run, expanded_name)
+    if standard is not None and expanded is not None:
+        raise InputError.at(run.path, f"metadata {name} and {expanded_name} both stand here, one of them was expected")
+    return standard if expanded is None else expanded / 2
