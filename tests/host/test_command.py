@@ -12,6 +12,7 @@ import pytest
 import arcref as package
 from arcref import command
 from arcref.input_error import InputError
+from arcref.verb_group import first_line
 
 
 @click.command()
@@ -60,8 +61,8 @@ def test_the_first_line_of_the_docstring_is_the_short_help(tmp_path, monkeypatch
     (tmp_path / "floor" / "__init__.py").write_text("raise RuntimeError('imported')\n")
     (tmp_path / "floor" / "verb.py").write_text("def run():\n    '''Turn once.\n\n    More.'''\n")
     monkeypatch.syspath_prepend(tmp_path)
-    assert command._first_line("floor.verb:run") == "Turn once."
-    assert command._first_line("floor.none:run") == ""
+    assert first_line("floor.verb:run") == "Turn once."
+    assert first_line("floor.none:run") == ""
 
 
 def test_version(arcref):
