@@ -76,6 +76,23 @@ METADATA_KEYS = (
     _number(
         "setting_step_deg", METHOD, "turn of the polygon on the encoder from one setting to the next", "deg", (CLOSURE,)
     ),
+    _number("datum_deg", METHOD, "reading at which the angles of mirror and axis are stated", "deg", (THEODOLITE,)),
+    _number(
+        "encoder_direction",
+        METHOD,
+        "+1: the reading grows as the shaft turns clockwise seen from above; -1: it falls",
+        "1",
+        (THEODOLITE,),
+        -1,
+    ),
+    _number(
+        "required_expanded_uncertainty_arcsec",
+        METHOD,
+        "largest expanded uncertainty (k=2) that the corrected angle may have",
+        "arcsec",
+        (THEODOLITE,),
+        0,
+    ),
     _number("samples_per_period", METHOD, "samples of the signals in one signal period", "1", (SUBDIVISION,), 1),
     _number("line_count", METHOD, "grating lines of the disc", "1", (SUBDIVISION,), 1),
     _number(
@@ -168,8 +185,29 @@ METADATA_KEYS = (
         (*FACES, THEODOLITE),
         0,
     ),
+    _number(
+        "u_face_deviation_arcsec",
+        UNCERTAINTY,
+        "of the faces from their nominal angles, as the polygon's maker states it",
+        "arcsec",
+        (CLOSURE,),
+        0,
+    ),
     _number("u_azimuth_arcsec", UNCERTAINTY, "of one azimuth reading of the theodolite", "arcsec", (THEODOLITE,), 0),
     _number("u_zenith_arcsec", UNCERTAINTY, "of one zenith reading of the theodolite", "arcsec", (THEODOLITE,), 0),
+    _number("u_zenith_index_arcsec", UNCERTAINTY, "of the zenith circle's index", "arcsec", (THEODOLITE,), 0),
+    _number(
+        "u_levelling_arcsec", UNCERTAINTY, "of the theodolite's standing axis, off plumb", "arcsec", (THEODOLITE,), 0
+    ),
+    _number("u_collimation_arcsec", UNCERTAINTY, "of the theodolite's collimation", "arcsec", (THEODOLITE,), 0),
+    _number(
+        "u_mirror_walk_arcsec",
+        UNCERTAINTY,
+        "of an azimuth, as the beam walks over a mirror that is not flat",
+        "arcsec",
+        (THEODOLITE,),
+        0,
+    ),
 )
 """Every key that some verb or the report knows. Other keys are kept and shown as they stand."""
 
