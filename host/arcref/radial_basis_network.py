@@ -104,6 +104,11 @@ class RadialBasisNetwork:
             result[block] = gaussian(difference, self.spread_deg, self.wrapped) @ self.weight_arcsec
         return result.reshape(angle.shape)
 
+    def weights(self, angle_deg) -> np.ndarray:
+        """The weight of each face's error in the value at the angles float64[m]: float64[m, n]."""
+        difference = np.asarray(angle_deg, float)[:, np.newaxis] - self.centre_deg
+        return gaussian(difference, self.spread_deg, self.wrapped) @ self._inverse
+
     @cached_property
     def residual_arcsec(self) -> np.ndarray:
         """Error given minus error fitted at each face, float64[n]: rounding alone when the ridge is 0."""
