@@ -27,6 +27,9 @@ class InputFile:
 
     def text(self) -> str:
         """The content as UTF-8 text; a byte order mark is dropped. Raises `InputError` when it is not UTF-8."""
+        if self.content.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in self.content[:200]:
+            problem = "UTF-16 text, as Excel's 'Unicode Text' is; UTF-8 was expected, which Excel calls 'CSV UTF-8'"
+            raise InputError.at(self.path, problem)
         try:
             return self.content.decode("utf-8-sig")
         except UnicodeDecodeError as error:

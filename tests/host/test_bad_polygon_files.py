@@ -19,7 +19,10 @@ BAD = {
         "# operator: Müller\n".encode("latin-1") + (HEADER + FACES).encode(),
         ", row 1: not UTF-8 text: byte 0xFC at offset 13",
     ),
-    "UTF-16": ((HEADER + FACES).encode("utf-16"), ", row 1: not UTF-8 text: byte 0xFF at offset 0"),
+    "UTF-16": (
+        (HEADER + FACES).encode("utf-16"),
+        ": UTF-16 text, as Excel's 'Unicode Text' is; UTF-8 was expected, which Excel calls 'CSV UTF-8'",
+    ),
     "broken UTF-8 further down": (
         HEADER.encode() + b"0,0\n90,\xc3\n",
         ", row 3: not UTF-8 text: byte 0xC3 at offset 33",
@@ -44,13 +47,14 @@ BAD = {
         "position_deg,error_arcsec,error_arcsec\n0,0,0\n",
         ", row 1: the columns are 'position_deg,error_arcsec,error_arcsec', expected were 'position_deg,error_arcsec'",
     ),
-    "semicolons": (
-        "position_deg;error_arcsec\n0;0\n",
+    "semicolons and commas": (
+        "position_deg;error_arcsec,\n0;0\n",
         ", row 1: the columns are 'position_deg;error_arcsec', expected were 'position_deg,error_arcsec'",
     ),
     "decimal commas": (
         HEADER + "0,0\n15,0,81\n",
-        ", row 3: 3 cells, 2 were expected ('position_deg,error_arcsec')",
+        ", row 3: 3 cells, 2 were expected ('position_deg,error_arcsec'); "
+        "decimal commas need semicolons between the columns",
     ),
     "a row cut short": (
         HEADER + "0,0\n90,1\n18",

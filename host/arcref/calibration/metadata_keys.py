@@ -72,7 +72,22 @@ METADATA_KEYS = (
     _number("faces", METHOD, "number of faces of the polygon", "1", FACES, 3),
     _number("autocollimator_sign", METHOD, "+1: e = (a-a1) - (b-b1) + (c-c1); -1: c is subtracted", "1", FACES, -1),
     _number("autocollimator_roll_arcmin", METHOD, "roll of the autocollimator: x gets roll times y", "arcmin", FACES),
+    _number("autocollimator_y_sign", METHOD, "+1: y grows as the face looks up; -1: it falls", "1", (POLYGON,), -1),
     _number("closing_limit_arcsec", METHOD, "largest closing error that a round may have", "arcsec", FACES, 0),
+    _number(
+        "encoder_grade", METHOD, "accuracy grade of the encoder, 1 .. 7, for the tilt's tolerance", "1", (POLYGON,), 1
+    ),
+    _number(
+        "required_accuracy_arcsec",
+        METHOD,
+        "accuracy asked of the encoder, when it has no grade",
+        "arcsec",
+        (POLYGON,),
+        0,
+    ),
+    _text("screw_angles_deg", METHOD, "where the adjusting screws stand, from face 1 towards face 2", (POLYGON,)),
+    _number("screw_radius_mm", METHOD, "how far the adjusting screws are from the axis", "mm", (POLYGON,), 0),
+    _number("screw_pitch_mm", METHOD, "pitch of the adjusting screws", "mm", (POLYGON,), 0),
     _number(
         "setting_step_deg", METHOD, "turn of the polygon on the encoder from one setting to the next", "deg", (CLOSURE,)
     ),
@@ -234,9 +249,9 @@ def stated_number(run: RunFile, name: str) -> float | None:
         value = math.nan
     shown = text if len(text) <= 40 else text[:37] + "..."
     if not math.isfinite(value):
-        raise InputError.at(run.path, f"metadata {name}: {shown!r} is not a finite number ({key.unit} expected)")
+        raise run.metadata_error(name, f"{shown!r} is not a finite number ({key.unit} expected)")
     if value < key.lowest:
-        raise InputError.at(run.path, f"metadata {name}: {shown} is below {key.lowest:g}, the least that can be")
+        raise run.metadata_error(name, f"{shown} is below {key.lowest:g}, the least that can be")
     return value
 
 

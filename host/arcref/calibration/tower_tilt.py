@@ -58,8 +58,8 @@ class TowerTilt:
 
     `psi_arcsec`, `omega_deg` (-180 .. 180): the tilt and its azimuth; `offset_arcsec`: y of face 1 by the fit;
     `residual_arcsec`, float64[..., n]: y minus the model, which holds noise and the faces' own tilts;
-    `sigma_arcsec`: standard deviation of the residual; `u_psi_arcsec`, `u_omega_deg`: standard uncertainties that follow
-    from it, nan without degrees of freedom (three angles), `u_omega_deg` never more than that of an unknown azimuth.
+    `sigma_arcsec`: standard deviation of the residual; `u_psi_arcsec`, `u_omega_deg`: standard uncertainties that
+    follow from it, nan without degrees of freedom (three angles); an azimuth is never less certain than an unknown one.
     """
 
     psi_arcsec: float | np.ndarray
