@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from scipy.special import stdtrit
+
 COVERAGE_FACTOR = 2.0
 """k of every expanded uncertainty: about 95 % of a normal distribution."""
 
@@ -12,7 +14,7 @@ class Contribution:
     """One input quantity's part in the uncertainty of a corrected angle.
 
     `type`: "A" (from the scatter of this run) or "B" (from elsewhere); `distribution`: "normal", "rectangular",
-    "triangular" or "arcsine"; `u`: standard uncertainty in `unit`; `sensitivity`: arcsec per `unit`;
+    "triangular", "arcsine" or "two-point"; `u`: standard uncertainty in `unit`; `sensitivity`: arcsec per `unit`;
     `degrees_of_freedom`: of `u`, infinite unless it was estimated; `basis`: one phrase on where `u` comes from.
     """
 
@@ -61,3 +63,8 @@ class UncertaintyBudget:
         """After Welch and Satterthwaite (GUM equation G.2b)."""
         parts = sum(c.u_arcsec**4 / c.degrees_of_freedom for c in self.contributions)
         return self.combined_arcsec**4 / parts if parts else math.inf
+
+    @property
+    def coverage_factor_95(self) -> float:
+        """The k that would cover 95.45 % with the effective degrees of freedom (GUM table G.2): 2 for many."""
+        return float(stdtrit(min(self.effective_degrees_of_freedom, 1e9), 0.5 + 0.9545 / 2))
