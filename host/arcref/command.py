@@ -17,7 +17,10 @@ from arcref.verb_group import BadInput, VerbGroup, extra_of, missing_package
 
 ENTRY_POINT_GROUP = "arcref.commands"
 
-HOST_VERBS = {"rom": "arcref.rom_command:rom"}
+HOST_VERBS = {
+    "calibrate": "arcref.calibration.calibrate_command:calibrate",
+    "rom": "arcref.rom_command:rom",
+}
 """Verbs of the host: name and `module:function`."""
 
 INTERRUPTED = 130

@@ -1,0 +1,161 @@
+"""What every verb of `arcref calibrate` writes and prints, and the options that say so."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from arcref.angle import ARCSEC_PER_COUNT
+from arcref.atomic_file import write_files
+from arcref.calibration.calibration_result import CalibrationResult
+from arcref.calibration.fits.fit_names import DEFAULT_FIT, FIT_NAMES
+from arcref.calibration_file import FORMAT, VERSION
+from arcref.input_error import InputError
+from arcref.output_files import check_outputs
+
+FILE = click.Path(path_type=Path)
+
+
+@dataclass(frozen=True)
+class OutputOptions:
+    """What the options of `calibration_options` say."""
+
+    run: Path
+    output: Path
+    report: Path | None
+    json: Path | None
+    csv: Path | None
+    as_left: Path | None = None
+    verify: Path | None = None
+    fit: str = DEFAULT_FIT
+    compare: bool = False
+    inputs: tuple[Path, ...] = field(default=(), repr=False)
+
+    def check(self) -> None:
+        """Raises `InputError` when a file to be written cannot be: see `check_outputs`."""
+        if self.output.suffix.lower() != ".json" or self.output.name.endswith(".rom.json"):
+            raise InputError(f"{self.output}: the name of a calibration must end in .json, and not in .rom.json")
+        inputs = [self.run, self.as_left, self.verify, *self.inputs]
+        check_outputs([self.output, self.report, self.json, self.csv], inputs)
+
+
+def calibration_options(verb: Callable) -> Callable:
+    """The options that all methods share: the verb takes `run`, and one keyword for each."""
+    for option in (
+        click.option("--compare", is_flag=True, help="Fit by every method and compare what they leave."),
+        click.option(
+            "--fit",
+            type=click.Choice(FIT_NAMES),
+            default=DEFAULT_FIT,
+            show_default=True,
+            help="Curve through the errors that the report and the uncertainty stand on.",
+        ),
+        click.option(
+            "--verify", type=FILE, metavar="RUN2.csv", help="A second run at other angles, to test the fit against."
+        ),
+        click.option(
+            "--as-left",
+            type=FILE,
+            metavar="RUN2.csv",
+            help="A run after adjustment or correction; RUN.csv is then the encoder as found, and both are reported.",
+        ),
+        click.option("--csv", "csv_path", type=FILE, metavar="FILE.csv", help="Write the table of results."),
+        click.option("--json", "json_path", type=FILE, metavar="FILE.json", help="Write everything that was found."),
+        click.option("--report", type=FILE, metavar="R.html", help="Write the report, one page to read and print."),
+        click.option(
+            "-o", "--output", type=FILE, required=True, metavar="CAL.json", help="Calibration to write, for arcref rom."
+        ),
+        click.argument("run", type=FILE, metavar="RUN.csv"),
+    ):
+        verb = option(verb)
+    return verb
+
+
+def calibration_json(result: CalibrationResult) -> dict:
+    """The content of CAL.json, as DESIGN.md has it."""
+    curve = {
+        "angle_deg": result.curve.angle_deg.tolist(),
+        "error_arcsec": result.curve.error_arcsec.tolist(),
+        "u_arcsec": None if result.curve.u_arcsec is None else result.curve.u_arcsec.tolist(),
+    }
+    if result.curve.arc_deg is not None:
+        curve["arc_deg"] = list(result.curve.arc_deg)
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "kind": result.kind,
+        "curve": curve,
+        "results": result.results,
+        "provenance": result.provenance,
+    }
+
+
+def finish_calibration(
+    result: CalibrationResult, options: OutputOptions, as_left: CalibrationResult | None = None
+) -> None:
+    """Write the files, print what a person reads, and end with status 1 when a check failed.
+
+    The calibration is that of the encoder as left when there are two: its correction is the one to use.
+    """
+    final = as_left or result
+    contents = {options.output: _json(calibration_json(final))}
+    if options.json:
+        from arcref.calibration.report.calibration_record import calibration_record
+
+        contents[options.json] = _json(calibration_record(result, as_left))
+    if options.csv:
+        from arcref.calibration.report.result_table import result_csv
+
+        contents[options.csv] = result_csv(result, as_left).encode()
+    if options.report:
+        from arcref.calibration.report.calibration_page import calibration_page
+
+        contents[options.report] = calibration_page(result, as_left).encode()
+    write_files(contents)
+    _print(result, as_left, list(contents))
+    if not all(each.passed for each in (result, as_left) if each is not None):
+        raise click.exceptions.Exit(1)
+
+
+def _json(content: dict) -> bytes:
+    return (json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+
+
+def _print(result: CalibrationResult, as_left: CalibrationResult | None, written: list[Path]) -> None:
+    """The short table, what failed, what to mind, and where everything is."""
+    console = Console(highlight=False)
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), show_header=as_left is not None)
+    table.add_column("", no_wrap=True)
+    table.add_column("as found" if as_left else "", overflow="fold")
+    rows = [[name, Text(value)] for name, value in result.figures]
+    if as_left:
+        table.add_column("as left", overflow="fold")
+        left = dict(as_left.figures)
+        rows = [[*row, Text(left.pop(row[0], "-"))] for row in rows]
+        rows += [[name, Text("-"), Text(value)] for name, value in left.items()]
+    rows.append(["written", Text("\n".join(map(str, written)))] + ([""] if as_left else []))
+    for row in rows:
+        table.add_row(*row)
+    console.print(Text(f"Calibration ({result.kind}) from {result.run.path}", "bold"), soft_wrap=True)
+    console.print(table)
+    for title, each in (("as found: ", result), ("as left: ", as_left)):
+        if each is None:
+            continue
+        prefix = title if as_left else ""
+        for warning in each.warnings:
+            console.print(Text(f"Caution: {prefix}{warning}", "yellow"), soft_wrap=True)
+        for missing in each.budget.missing:
+            name, key = missing.name, missing.metadata_key
+            console.print(Text(f"Not in the budget: {prefix}{name}; state it as '# {key}: ...'"), soft_wrap=True)
+        for check in each.checks:
+            if not check.passed:
+                console.print(Text(f"FAILED: {prefix}{check.sentence} ({check.found})", "red"), soft_wrap=True)
+    console.print(
+        Text(f"Resolution ({ARCSEC_PER_COUNT:.4f} arcsec a count) is not accuracy: of that the budget speaks."),
+        soft_wrap=True,
+    )
