@@ -1,142 +1,18 @@
-"""`arcref simulate`: the instrument's tests on the simulated core."""
-
-import json
-from pathlib import Path
+"""`arcref simulate`: tests of the simulated core, and measurements whose answer is known."""
 
 import click
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
-from rich.text import Text
 
-from arcref.atomic_file import write_files
-from arcref.error_curve import ErrorCurve
-from arcref.input_error import InputError
-from arcref.radial_basis_network import RadialBasisNetwork
-from arcref.rom_command import read_curve
-from arcref.rom_image import load_rom
-from arcref_gateware.quadrature import SAMPLES_PER_WORD
-from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER
-from arcref_sim.zero_return import run_zero_return
-from arcref_sim.zero_return_page import figures, zero_return_page
-from arcref_sim.zero_return_result import ZeroReturnResult
+from arcref.verb_group import VerbGroup
 
-FILE = click.Path(path_type=Path)
-
-SLOWEST_RPS, FASTEST_RPS = 0.1, 500.0
+SIMULATE_VERBS = {
+    "zero-return": "arcref_sim.zero_return_command:zero_return",
+    "polygon": "arcref_sim.metrology.simulate_polygon_command:polygon",
+    "closure": "arcref_sim.metrology.simulate_closure_command:closure",
+    "theodolite": "arcref_sim.metrology.simulate_theodolite_command:theodolite",
+}
+"""Verbs of the group: name and `module:function`."""
 
 
-@click.group()
+@click.group(cls=VerbGroup, targets=SIMULATE_VERBS)
 def simulate():
-    """Test the simulated core against a synthetic encoder."""
-
-
-@simulate.command("zero-return")
-@click.option("--speed", type=float, default=10.0, show_default=True, metavar="RPS", help="Turns a second.")
-@click.option("--revolutions", type=click.IntRange(0, 1000), default=10, show_default=True, help="Full turns each way.")
-@click.option(
-    "--samples",
-    type=click.Choice([str(samples) for samples in SAMPLES_PER_WORD]),
-    default="4",
-    show_default=True,
-    help="Samples a word; the word clock is 200 MHz.",
-)
-@click.option("--rom", "rom_path", type=FILE, required=True, metavar="X.rom.json", help="ROM image of the correction.")
-@click.option(
-    "--curve",
-    type=FILE,
-    required=True,
-    metavar="CAL.json|POLYGON.csv",
-    help="The encoder's true error: its fit is the truth.",
-)
-@click.option("--json", "json_path", type=FILE, metavar="FILE", help="Write the result as JSON, too.")
-@click.option("--page", type=FILE, metavar="FILE.html", help="Write the page with the plots.")
-@click.option(
-    "--build-folder",
-    type=FILE,
-    default=DEFAULT_BUILD_FOLDER,
-    show_default=True,
-    metavar="FOLDER",
-    help="Where compiled cores are kept.",
-)
-def zero_return(speed, revolutions, samples, rom_path, curve, json_path, page, build_folder):
-    """Turn forward and back, and hold every count against the truth.
-
-    The encoder starts before its zero mark, homes, makes the turns at the speed given and returns. Ends with PASS
-    (status 0) or FAIL (status 1).
-    """
-    if not SLOWEST_RPS <= speed <= FASTEST_RPS:
-        raise InputError(f"--speed is {speed:g} r/s, it must lie in {SLOWEST_RPS:g} .. {FASTEST_RPS:g}")
-    check_outputs([json_path, page], [rom_path, curve])
-    rom = load_rom(rom_path)
-    network = fit_as_rom(read_curve(curve), rom.provenance)
-    result = _run_with_bar(
-        rom,
-        network.evaluate,
-        speed_rps=speed,
-        revolutions=revolutions,
-        samples_per_word=int(samples),
-        folder=build_folder,
-    )
-    files = {}
-    if page:
-        files[page] = zero_return_page(result).encode()
-    if json_path:
-        files[json_path] = (json.dumps(result.to_json(), indent=2) + "\n").encode()
-    write_files(files)
-    _print(result, page)
-    if not result.passed:
-        raise click.exceptions.Exit(1)
-
-
-def fit_as_rom(curve: ErrorCurve, provenance: dict) -> RadialBasisNetwork:
-    """The network fitted with the spread and ridge that a ROM's provenance names, so that the truth is its curve."""
-    method = provenance.get("method")
-    named = {} if not isinstance(method, dict) else method
-    spread, ridge = named.get("spread_deg"), named.get("ridge")
-    is_number = [isinstance(value, (int, float)) and not isinstance(value, bool) for value in (spread, ridge)]
-    return RadialBasisNetwork.fit(curve, spread if is_number[0] else None, ridge if is_number[1] else 0.0)
-
-
-def check_outputs(outputs: list[Path | None], inputs: list[Path]) -> None:
-    """Raises `InputError` when a file to be written is an input, is named twice, or has no folder."""
-    taken = {path.resolve() for path in inputs}
-    for path in filter(None, outputs):
-        if path.resolve() in taken:
-            raise InputError(f"{path}: this name is given to two files of this run")
-        if not path.resolve().parent.is_dir():
-            raise InputError(f"{path}: its folder does not exist")
-        taken.add(path.resolve())
-
-
-def _run_with_bar(rom, curve, **options) -> ZeroReturnResult:
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:.0f} %"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("compiling the core", total=None)
-
-        def done(part: float) -> None:
-            progress.update(task, description="turning", total=1.0, completed=part)
-
-        return run_zero_return(rom, curve, progress=done, **options)
-
-
-def _print(result: ZeroReturnResult, page: Path | None) -> None:
-    """What a person reads at the end."""
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column(no_wrap=True)
-    table.add_column(overflow="fold")
-    for name, value in figures(result):
-        table.add_row(name, Text(value))
-    console = Console(highlight=False)
-    console.print(table)
-    for check in result.checks:
-        if not check.passed:
-            console.print(Text(f"FAILED: {check.sentence} ({check.found})", "red"), soft_wrap=True)
-    if page:
-        console.print(Text(f"page: {page}"), soft_wrap=True)
-    console.print("PASS" if result.passed else "FAIL", style="bold green" if result.passed else "bold red")
+    """Simulate the core's zero-return test, and calibration runs of known truth."""

@@ -1,0 +1,123 @@
+"""`arcref simulate closure`: a closure run whose answer is known."""
+
+import click
+import numpy as np
+
+from arcref.input_error import InputError
+from arcref_sim.metrology.encoder_options import (
+    ANGLE_DEG,
+    ARCSEC,
+    SIGNED_ARCSEC,
+    encoder_options,
+    known_encoder,
+    random_stream,
+)
+from arcref_sim.metrology.polygon_artefact import PolygonArtefact
+from arcref_sim.metrology.quantity_option import Quantity, WholeNumbers
+from arcref_sim.metrology.run_output import check_run_outputs, source, write_run
+from arcref_sim.metrology.simulated_closure import ClosureConditions, simulate_closure
+from arcref_sim.metrology.simulated_polygon import Autocollimator
+
+
+@click.command()
+@encoder_options
+@click.option(
+    "--faces",
+    type=Quantity("", 3, 360, whole=True),
+    default=24,
+    show_default=True,
+    metavar="N",
+    help="Faces of the polygon.",
+)
+@click.option(
+    "--settings",
+    type=WholeNumbers(1, 360),
+    metavar="N|K,K,...",
+    help="How many settings, or the numbers of those that are made.  [default: as many as faces]",
+)
+@click.option(
+    "--setting-step",
+    type=Quantity("deg", -360, 360),
+    metavar="DEG",
+    help="Turn of the polygon from one setting to the next.  [default: the face spacing]",
+)
+@click.option("--start", type=ANGLE_DEG, default=0.0, metavar="DEG", help="Encoder reading at face 1 of setting 1.")
+@click.option(
+    "--noise", type=ARCSEC, default=0.1, show_default=True, metavar="ARCSEC", help="Of one x reading (standard)."
+)
+@click.option(
+    "--setting-scatter",
+    type=ARCSEC,
+    default=2.0,
+    show_default=True,
+    metavar="ARCSEC",
+    help="How closely the shaft is stopped.",
+)
+@click.option(
+    "--mounting-scatter",
+    type=ARCSEC,
+    default=30.0,
+    show_default=True,
+    metavar="ARCSEC",
+    help="How closely the polygon is set.",
+)
+@click.option(
+    "--face-deviation", type=ARCSEC, default=2.0, show_default=True, metavar="ARCSEC", help="Of the polygon's faces."
+)
+@click.option(
+    "--tilt",
+    type=Quantity("arcsec", 0, 7200),
+    default=0.0,
+    metavar="ARCSEC",
+    help="Tower tilt of each setting, its azimuth at random.",
+)
+@click.option("--drift", type=SIGNED_ARCSEC, default=0.0, metavar="ARCSEC", help="Of x, in one setting.")
+@click.option("--sign", type=click.Choice(["+1", "-1"]), default="+1", show_default=True, help="Autocollimator sign.")
+@click.option("--missing", type=Quantity("", 0, 1000000, whole=True), default=0, metavar="N", help="Readings left out.")
+def closure(output, truth, seed, **options):
+    """Write a closure run of known truth.
+
+    The polygon is set at several positions on the encoder, and neither is known to whoever reduces the run.
+    RUN.truth.json beside RUN.csv tells both.
+    """
+    check_run_outputs(output, truth, [options["curve"]])
+    faces, missing = options["faces"], options["missing"]
+    settings = options["settings"] or tuple(range(1, faces + 1))
+    readings_whole = faces * len(settings)
+    if missing > readings_whole // 2:
+        raise InputError(f"--missing is {missing}, at most half of the {readings_whole} readings may be left out")
+    encoder_names = ("harmonics", "line_harmonics", "curve", "hysteresis", "hysteresis_variation")
+    encoder = known_encoder(seed, *(options[name] for name in encoder_names))
+    polygon = PolygonArtefact.random(random_stream(seed, 1), faces, deviation_arcsec=options["face_deviation"])
+    autocollimator = Autocollimator(options["noise"], None, sign=int(options["sign"]))
+    conditions = ClosureConditions(
+        settings=settings,
+        setting_step_deg=360.0 / faces if options["setting_step"] is None else options["setting_step"],
+        start_deg=options["start"],
+        setting_scatter_arcsec=options["setting_scatter"],
+        mounting_scatter_arcsec=options["mounting_scatter"],
+        tilt_arcsec=options["tilt"],
+        drift_arcsec=options["drift"],
+        missing=missing,
+    )
+    readings = simulate_closure(encoder, polygon, autocollimator, conditions, random_stream(seed, 2))
+    metadata = {
+        "encoder_serial": f"SIM-{seed}",
+        "encoder_model": "simulated encoder",
+        "run": "simulated closure run",
+        "source": source("closure", seed),
+        "faces": faces,
+        "setting_step_deg": f"{conditions.setting_step_deg:.10g}",
+        "autocollimator_sign": options["sign"],
+        "u_autocollimator_arcsec": 0.0,
+        "u_repeatability_arcsec": options["noise"],
+        "u_temperature_arcsec": 0.0,
+    }
+    known = {
+        "encoder": encoder.truth(),
+        "polygon": polygon.truth(),
+        "autocollimator": vars(autocollimator),
+        "conditions": vars(conditions),
+        "rows": {"true_deg": np.round(readings.true_deg, 9).tolist()},
+    }
+    write_run(output, truth, metadata, readings.columns(), known, "closure", seed)
