@@ -8,7 +8,6 @@ from arcref.angle import ARCSEC_PER_COUNT, LINES_PER_TURN
 from arcref.calibration.fit_transfer import FitTransfer, line_middles_deg
 from arcref.calibration.metadata_keys import stated_number
 from arcref.calibration.uncertainty_budget import Contribution, MissingInput
-from arcref.input_error import InputError
 from arcref.run_file import RunFile
 
 HALF_COUNT_U = 1 / math.sqrt(12)
@@ -66,7 +65,7 @@ def interpolation_u_arcsec(run: RunFile) -> float | None:
     """Standard uncertainty of the error within a line as the run states it; an amplitude is that of a sine wave."""
     u, amplitude = (stated_number(run, key) for key in INTERPOLATION_KEYS)
     if u is not None and amplitude is not None:
-        raise InputError.at(run.path, f"metadata {' and '.join(INTERPOLATION_KEYS)} both stand here, one was expected")
+        raise run.metadata_error(INTERPOLATION_KEYS[1], f"{INTERPOLATION_KEYS[0]} stands here too, one was expected")
     return u if amplitude is None else amplitude / math.sqrt(2)
 
 

@@ -8,7 +8,6 @@ an expanded one is taken with k=2.
 import math
 from dataclasses import dataclass
 
-from arcref.input_error import InputError
 from arcref.run_file import RunFile
 
 POLYGON, CLOSURE, THEODOLITE, SUBDIVISION = "polygon", "closure", "theodolite", "subdivision"
@@ -262,5 +261,5 @@ def stated_standard_uncertainty(run: RunFile, name: str, expanded_name: str) -> 
     """
     standard, expanded = stated_number(run, name), stated_number(run, expanded_name)
     if standard is not None and expanded is not None:
-        raise InputError.at(run.path, f"metadata {name} and {expanded_name} both stand here, one of them was expected")
+        raise run.metadata_error(expanded_name, f"{name} stands here too, one of them was expected")
     return standard if expanded is None else expanded / 2

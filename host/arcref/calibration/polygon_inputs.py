@@ -7,7 +7,6 @@ import numpy as np
 from arcref.calibration.metadata_keys import stated_number, stated_standard_uncertainty
 from arcref.calibration.polygon_reduction import PolygonReduction, unreferenced_errors
 from arcref.calibration.tower_tilt import TowerTilt
-from arcref.input_error import InputError
 from arcref.run_file import RunFile
 
 
@@ -127,5 +126,5 @@ def stated_inputs(run: RunFile) -> dict:
         ("u_temperature_arcsec", "u_temperature_coefficient_arcsec_per_k"),
     ):
         if stated[whole] is not None and stated[parts] is not None:
-            raise InputError.at(run.path, f"metadata {whole} and {parts} both stand here, one of them was expected")
+            raise run.metadata_error(parts, f"{whole} stands here too, one of them was expected")
     return stated

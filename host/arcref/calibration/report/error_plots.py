@@ -1,0 +1,179 @@
+"""Plots of the error over the turn: before and after correction, around the circle, and the scatter of the readings."""
+
+import numpy as np
+
+from arcref.angle import ARCSEC_PER_COUNT
+from arcref.calibration.calibration_result import CalibrationResult
+from arcref.calibration.plot_style import AFTER_COLOUR, BEFORE_COLOUR, INK, QUIET, READING_COLOUR, STYLE, WIDTH_IN, svg
+from arcref.calibration.report.calibration_record import corrected_by_rom_counts
+from arcref.calibration.uncertainty_budget import COVERAGE_FACTOR
+
+_POINTS = 1441
+
+
+def error_plot(result: CalibrationResult, as_left: CalibrationResult | None = None) -> str:
+    """Above the error as measured with the fit and its band, below what the correction leaves.
+
+    With `as_left` both runs stand above, and below what is left of the second.
+    """
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    last = as_left or result
+    has_fit = last.fitted is not None
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH_IN, 4.4 if has_fit else 2.8), layout="constrained")
+        axes = figure.subplots(1 + has_fit, 1, sharex=True, squeeze=False, height_ratios=(3, 2)[: 1 + has_fit])[:, 0]
+        if as_left:
+            _draw_measured(axes[0], result, BEFORE_COLOUR, "as found")
+            _draw_measured(axes[0], as_left, AFTER_COLOUR, "as left")
+        else:
+            _draw_measured(axes[0], result, BEFORE_COLOUR, "")
+        axes[0].set_title("as found and as left" if as_left else "before correction")
+        _legend_above(axes[0])
+        if has_fit:
+            _draw_after(axes[1], last)
+        axes[-1].set_xlabel("angle / deg")
+        _angle_axis(axes[-1], last)
+        return svg(figure, "error")
+
+
+def polar_plot(result: CalibrationResult, as_left: CalibrationResult | None = None) -> str:
+    """The error around the circle: outside the dashed circle it is positive."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    runs = [(result, BEFORE_COLOUR, "as found" if as_left else "as measured")]
+    if as_left:
+        runs.append((as_left, AFTER_COLOUR, "as left"))
+    elif result.fitted is not None:
+        runs.append((None, AFTER_COLOUR, "after correction"))
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(3.6, 3.6), layout="constrained")
+        axes = figure.add_subplot(projection="polar")
+        span = max(np.abs(each.curve.error_arcsec).max() for each, _, _ in runs if each is not None)
+        span = float(span) or 1.0
+        for each, colour, label in runs:
+            angle, error, marks = _around(each or result)
+            if each is None:
+                error = _after_at(result, angle)
+            axes.plot(np.radians(angle), error, color=colour, label=label, linewidth=1.2)
+            if each is not None:
+                axes.plot(*marks, "o", color=colour, markersize=3)
+        turn = np.linspace(0, 2 * np.pi, 361)
+        axes.plot(turn, np.zeros_like(turn), "--", color=INK, linewidth=0.7)
+        axes.set_rlim(-2.2 * span, 1.15 * span)
+        ticks = matplotlib.ticker.MaxNLocator(3, symmetric=True).tick_values(-span, span)
+        axes.set_rticks([tick for tick in ticks if abs(tick) <= 1.1 * span])
+        axes.set_rlabel_position(15)
+        axes.tick_params(labelsize=7.5)
+        axes.spines["polar"].set_visible(False)
+        axes.set_theta_zero_location("N")
+        axes.set_theta_direction(-1)
+        axes.set_title("error / arcsec")
+        figure.legend(loc="outside lower center", ncols=2)
+        return svg(figure, "polar")
+
+
+def residual_plot(result: CalibrationResult) -> str | None:
+    """Each series less the mean of all, and what the fit leaves at each angle; None when there is neither."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    series, fitted = result.series, result.fitted
+    several = series is not None and len(series.direction) > 1
+    if not several and fitted is None:
+        return None
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH_IN, 2.4), layout="constrained")
+        axes = figure.add_subplot()
+        if several:
+            error = series.error_arcsec - np.nanmean(series.error_arcsec, axis=1, keepdims=True)
+            scatter = error - np.nanmean(error, axis=0)
+            for way, marker, label in ((1, "^", "series forward"), (-1, "v", "series backward")):
+                own = scatter[np.array(series.direction) == way]
+                if own.size:
+                    angle = np.broadcast_to(series.angle_deg, own.shape)
+                    axes.plot(angle.ravel(), own.ravel(), marker, color=READING_COLOUR, alpha=0.55, markersize=3.5,
+                              linewidth=0, markeredgewidth=0, label=f"{label}, less the mean")  # fmt: skip
+        if fitted is not None:
+            axes.plot(result.curve.angle_deg, fitted.residual_arcsec, "o-", color=AFTER_COLOUR, markersize=2.5,
+                      linewidth=0.9, label="mean less the fit")  # fmt: skip
+        axes.axhline(0, color=INK, linewidth=0.7)
+        axes.set_ylabel("residual / arcsec")
+        axes.set_xlabel("angle / deg")
+        _angle_axis(axes, result)
+        _legend_above(axes)
+        return svg(figure, "residual")
+
+
+def _draw_measured(axes, result: CalibrationResult, colour: str, label: str) -> None:
+    curve, fitted = result.curve, result.fitted
+    prefix = f"{label}, " if label else ""
+    if fitted is not None:
+        angle = _fine_angles(result)
+        error, u = fitted.evaluate(angle), fitted.u_arcsec(angle)
+        if u is not None:
+            half = COVERAGE_FACTOR * np.hypot(u, fitted.interpolation_u_arcsec(angle))
+            axes.fill_between(angle, error - half, error + half, color=colour, alpha=0.2, linewidth=0,
+                              label=f"{prefix}expanded uncertainty of the curve (k=2)")  # fmt: skip
+        axes.plot(angle, error, color=colour, label=f"{prefix}{fitted.title}")
+    bars = None if fitted is not None or curve.u_arcsec is None else COVERAGE_FACTOR * curve.u_arcsec
+    axes.errorbar(curve.angle_deg, curve.error_arcsec, bars, fmt="o", color=colour, markersize=3.5, markeredgecolor=INK,
+                  markeredgewidth=0.5, elinewidth=1, label=f"{prefix}measured")  # fmt: skip
+    axes.axhline(0, color=INK, linewidth=0.7)
+    axes.set_ylabel("error / arcsec")
+
+
+def _draw_after(axes, result: CalibrationResult) -> None:
+    expanded = result.budget.expanded_arcsec
+    axes.axhspan(-expanded, expanded, color=AFTER_COLOUR, alpha=0.14, linewidth=0,
+                 label="expanded uncertainty of a corrected angle (k=2)")  # fmt: skip
+    angle = _fine_angles(result)
+    axes.plot(angle, _after_at(result, angle), color=AFTER_COLOUR, linewidth=0.5, alpha=0.7, label="fit less ROM")
+    curve = result.curve
+    after = curve.error_arcsec - corrected_by_rom_counts(result.fitted, curve.angle_deg) * ARCSEC_PER_COUNT
+    axes.plot(curve.angle_deg, after, "o", color=AFTER_COLOUR, markersize=3.5, markeredgecolor=INK,
+              markeredgewidth=0.5, label="measured less ROM")  # fmt: skip
+    axes.axhline(0, color=INK, linewidth=0.7)
+    limit = 1.5 * max(expanded, float(np.abs(after).max()), ARCSEC_PER_COUNT)
+    axes.set_ylim(-limit, limit)
+    axes.set_ylabel("error / arcsec")
+    axes.set_title("after correction by the ROM, from the same readings")
+    _legend_above(axes)
+
+
+def _after_at(result: CalibrationResult, angle_deg: np.ndarray) -> np.ndarray:
+    fitted = result.fitted
+    return fitted.evaluate(angle_deg) - corrected_by_rom_counts(fitted, angle_deg) * ARCSEC_PER_COUNT
+
+
+def _fine_angles(result: CalibrationResult) -> np.ndarray:
+    first, last = result.curve.arc_deg or (result.curve.angle_deg[0], result.curve.angle_deg[0] + 360.0)
+    return np.linspace(first, last, _POINTS)
+
+
+def _around(result: CalibrationResult):
+    """Angles and errors of the line around the circle, and the measured points."""
+    marks = (np.radians(result.curve.angle_deg), result.curve.error_arcsec)
+    if result.fitted is None:
+        angle, error = result.curve.angle_deg, result.curve.error_arcsec
+        if result.curve.arc_deg is None:
+            angle, error = np.append(angle, angle[0] + 360.0), np.append(error, error[0])
+        return angle, error, marks
+    angle = _fine_angles(result)
+    return angle, result.fitted.evaluate(angle), marks
+
+
+def _angle_axis(axes, result: CalibrationResult) -> None:
+    angle = _fine_angles(result)
+    axes.set_xlim(angle[0], angle[-1])
+    if result.curve.arc_deg is None:
+        first = float(np.ceil(angle[0] / 30.0) * 30.0)
+        axes.set_xticks(np.arange(first, angle[-1] + 1e-6, 30.0))
+
+
+def _legend_above(axes) -> None:
+    """The legend over the axes at the right, where it hides no reading."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7.5, labelcolor=QUIET,
+                borderaxespad=0.2, columnspacing=1.2, handlelength=1.6)  # fmt: skip
