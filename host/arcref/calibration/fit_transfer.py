@@ -37,6 +37,11 @@ class FitTransfer:
         """Rms in the result for an error of 1 at each face, independent from face to face."""
         return float(np.sqrt((self._matrix**2).sum(axis=1).mean()))
 
+    def of_covariance(self, covariance) -> float:
+        """Rms in the result for errors at the faces of this covariance, float64[faces, faces]."""
+        variance = np.einsum("ai,ij,aj->a", self._matrix, covariance, self._matrix, optimize=True)
+        return float(np.sqrt(max(variance.mean(), 0.0)))
+
     def of_shape(self, at_faces) -> float:
         """Rms in the result for errors `at_faces`, real or complex, float64[faces], that come together."""
         return float(np.sqrt(np.mean(np.abs(self._matrix @ np.asarray(at_faces)) ** 2)))
