@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_TURN
+from arcref.angle import COUNTS_PER_TURN
 from arcref_sim.metrology.known_encoder import Harmonic, KnownEncoder
 
 
@@ -40,14 +40,6 @@ def test_the_count_is_the_reading_rounded_down(encoder, random):
     assert behind.min() >= 0
     assert behind.max() < 1
     assert behind.mean() == pytest.approx(0.5, abs=0.05)
-
-
-def test_the_error_of_a_count_is_that_of_the_shaft_in_its_middle(encoder, random):
-    count = random.integers(0, COUNTS_PER_TURN, 1000)
-    error = encoder.error_of_count_arcsec(count)
-    true_deg = (count * ARCSEC_PER_COUNT - error) / 3600
-    assert np.array_equal(encoder.count(true_deg), count)
-    assert encoder.reading_deg(true_deg) * COUNTS_PER_TURN / 360 - count == pytest.approx(0.5, abs=1e-4)
 
 
 def test_the_truth_holds_what_evaluates_the_error_anew():

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_TURN, LINES_PER_TURN
+from arcref.angle import COUNTS_PER_TURN, LINES_PER_TURN
 
 ARCSEC_PER_DEG = 3600.0
 
@@ -73,11 +73,6 @@ class KnownEncoder:
     def count(self, true_deg, direction=0) -> np.ndarray:
         """The count that the encoder shows at true angles, turns kept, int64: a count begins at its own reading."""
         return np.floor(self.reading_deg(true_deg, direction) * (COUNTS_PER_TURN / 360.0)).astype(np.int64)
-
-    def error_of_count_arcsec(self, count) -> np.ndarray:
-        """Error of what the encoder shows: count less true angle, with the shaft in the middle of that count."""
-        middle = (np.asarray(count, float) + 0.5) * (360.0 / COUNTS_PER_TURN)
-        return self.error_arcsec(self.true_deg(middle)) - 0.5 * ARCSEC_PER_COUNT
 
     def truth(self) -> dict:
         """All there is to know, ready for JSON: the terms, and the error at every degree of the turn."""

@@ -38,11 +38,26 @@ def wrong_order(readings: PolygonReadings, faces: int, rng: np.random.Generator)
     return readings.where(order), f"readings {row + 1} and {row + 2} stand in the wrong order"
 
 
-def wrong_certificate_order(readings: PolygonReadings, faces: int, rng: np.random.Generator):
-    """The face deviations are copied from the certificate in the wrong order, last face first."""
-    by_face = np.zeros(faces)
-    by_face[readings.face] = readings.face_deviation_arcsec
+def mirrored_certificate(readings: PolygonReadings, faces: int, rng: np.random.Generator):
+    """The face deviations are copied from the certificate in the wrong order: 1, then the last, and so down to 2."""
+    by_face = _certificate(readings, faces)
     return replace(readings, face_deviation_arcsec=by_face[-readings.face]), "face deviations in reverse order"
+
+
+def shifted_certificate(readings: PolygonReadings, faces: int, rng: np.random.Generator):
+    """The run begins at face 2, and the certificate is copied as if it were face 1."""
+    by_face = np.roll(_certificate(readings, faces), 1)
+    sentence = "the face deviations are those of the face before"
+    return replace(readings, face_deviation_arcsec=by_face[readings.face] - by_face[0]), sentence
+
+
+def slipped_certificate(readings: PolygonReadings, faces: int, rng: np.random.Generator):
+    """While the certificate is copied a line is lost: from some face on each has the deviation of the next one."""
+    by_face = _certificate(readings, faces)
+    first = int(rng.integers(2, faces // 2))
+    slipped = np.append(by_face[:first], np.roll(by_face, -1)[first:])
+    sentence = f"from face {first + 1} on the face deviations are those of the next face"
+    return replace(readings, face_deviation_arcsec=slipped[readings.face]), sentence
 
 
 def skipped_face(readings: PolygonReadings, faces: int, rng: np.random.Generator):
@@ -70,8 +85,7 @@ def jump_of_one_face(readings: PolygonReadings, faces: int, rng: np.random.Gener
 
 def clockwise(readings: PolygonReadings, faces: int, rng: np.random.Generator):
     """The shaft is turned the other way: the reading falls, while the faces are listed as if it rose."""
-    by_face = np.zeros(faces)
-    by_face[readings.face] = readings.face_deviation_arcsec
+    by_face = _certificate(readings, faces)
     # What is read at a position belongs to that position: a series is taken from its other end.
     changed = []
     for series in _series(readings):
@@ -93,12 +107,21 @@ MISTAKES: dict[str, Mistake] = {
     "sign": flipped_sign,
     "arcmin": arc_minutes,
     "order": wrong_order,
-    "certificate-order": wrong_certificate_order,
+    "certificate-order": mirrored_certificate,
+    "certificate-shift": shifted_certificate,
+    "certificate-slip": slipped_certificate,
     "skip": skipped_face,
     "jump": jump_of_one_face,
     "clockwise": clockwise,
 }
 """The name of each mistake, as the command takes it."""
+
+
+def _certificate(readings: PolygonReadings, faces: int) -> np.ndarray:
+    """The deviation of each face as the run has it, float64[faces]."""
+    by_face = np.zeros(faces)
+    by_face[readings.face] = readings.face_deviation_arcsec
+    return by_face
 
 
 def _series(readings: PolygonReadings) -> list[np.ndarray]:

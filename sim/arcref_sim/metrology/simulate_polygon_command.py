@@ -111,8 +111,8 @@ def polygon(output, truth, seed, **options):
         raise InputError(f"--missing is {missing}, at most half of the {inner_readings} readings may be left out")
     if options["mistake"] and faces < FEWEST_FACES_OF_A_MISTAKE:
         raise InputError(f"--faces is {faces}, at least {FEWEST_FACES_OF_A_MISTAKE} were expected for a mistake")
-    if options["no_certificate"] and options["mistake"] == "certificate-order":
-        raise InputError("--mistake certificate-order needs the certificate that --no-certificate leaves out")
+    if options["no_certificate"] and (options["mistake"] or "").startswith("certificate"):
+        raise InputError(f"--mistake {options['mistake']} needs the certificate that --no-certificate leaves out")
     encoder_names = ("harmonics", "line_harmonics", "curve", "hysteresis", "hysteresis_variation")
     encoder = known_encoder(seed, *(options[name] for name in encoder_names))
     artefact, autocollimator, conditions = _set_up(seed, options)
