@@ -81,7 +81,7 @@ def reduce_polygon(run: PolygonRun, tilt_correction: bool = True) -> PolygonRedu
     uncorrected = raw[..., series.reading_of_face]
     uncorrected = uncorrected - uncorrected[..., :1]
     weight = series.weight
-    residual, freedom = _residual(of_series, series.direction)
+    residual, freedom = series_residual(of_series, series.direction)
     return PolygonReduction(
         run,
         run.angle_deg,
@@ -120,7 +120,7 @@ def _closing_error(error: np.ndarray, series) -> np.ndarray:
     return np.where(closed, difference, np.nan)
 
 
-def _residual(of_series: np.ndarray, direction: tuple[int, ...]) -> tuple[np.ndarray, int]:
+def series_residual(of_series: np.ndarray, direction: tuple[int, ...]) -> tuple[np.ndarray, int]:
     """What remains of each series without its own mean and the mean curve of its direction, and degrees of freedom."""
     direction = np.array(direction)
     centred = of_series - of_series.mean(axis=-1, keepdims=True)
