@@ -33,8 +33,9 @@ class MetadataKey:
 
     @property
     def label(self) -> str:
-        """The name as people read it: `encoder_serial` is "encoder serial"."""
-        return self.name.replace("_", " ")
+        """The name as people read it, without the unit: `encoder_serial` is "encoder serial"."""
+        words = self.name.split("_")
+        return " ".join(words if self.unit in (None, "1") else words[:-1])
 
 
 def _text(name, group, meaning, kinds=EVERY):

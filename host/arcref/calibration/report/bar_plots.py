@@ -74,7 +74,7 @@ def _mark_aliases(axes, rows: list[dict]) -> None:
         axes.axvspan(row["order"] - 0.5, row["order"] + 0.5, color="#f3d9a4", alpha=0.6, linewidth=0, zorder=0)
         text = ", ".join(str(order) for order in row["looks_like_orders"])
         axes.annotate(
-            f"so looks {text}",
+            f"so looks order {text}",
             (row["order"], 0.98 * top),
             rotation=90,
             ha="center",

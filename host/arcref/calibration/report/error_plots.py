@@ -10,17 +10,18 @@ from arcref.calibration.uncertainty_budget import COVERAGE_FACTOR
 
 _POINTS = 1441
 
+_MARK = {"markersize": 3.5, "markeredgecolor": INK, "markeredgewidth": 0.5, "clip_on": False, "zorder": 3}
+
 
 def error_plot(result: CalibrationResult, as_left: CalibrationResult | None = None) -> str:
     """Above the error as measured with the fit and its band, below what the correction leaves.
 
-    With `as_left` both runs stand above, and below what is left of the second.
+    With `as_left` the errors of both runs, each with its band: what was reached is then measured.
     """
     import matplotlib
     from matplotlib.figure import Figure
 
-    last = as_left or result
-    has_fit = last.fitted is not None
+    has_fit = result.fitted is not None and as_left is None
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH_IN, 4.4 if has_fit else 2.8), layout="constrained")
         axes = figure.subplots(1 + has_fit, 1, sharex=True, squeeze=False, height_ratios=(3, 2)[: 1 + has_fit])[:, 0]
@@ -29,12 +30,13 @@ def error_plot(result: CalibrationResult, as_left: CalibrationResult | None = No
             _draw_measured(axes[0], as_left, AFTER_COLOUR, "as left")
         else:
             _draw_measured(axes[0], result, BEFORE_COLOUR, "")
-        axes[0].set_title("as found and as left" if as_left else "before correction")
+        axes[0].set_title("" if as_left else "before correction")
         _legend_above(axes[0])
         if has_fit:
-            _draw_after(axes[1], last)
+            _draw_after(axes[1], result)
         axes[-1].set_xlabel("angle / deg")
-        _angle_axis(axes[-1], last)
+        _angle_axis(axes[-1], as_left or result)
+        figure.align_ylabels()
         return svg(figure, "error")
 
 
@@ -51,8 +53,9 @@ def polar_plot(result: CalibrationResult, as_left: CalibrationResult | None = No
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(3.6, 3.6), layout="constrained")
         axes = figure.add_subplot(projection="polar")
-        span = max(np.abs(each.curve.error_arcsec).max() for each, _, _ in runs if each is not None)
-        span = float(span) or 1.0
+        shown = np.concatenate([each.curve.error_arcsec for each, _, _ in runs if each is not None] + [[0.0]])
+        low, high = float(shown.min()), float(shown.max())
+        span = high - low or 1.0
         for each, colour, label in runs:
             angle, error, marks = _around(each or result)
             if each is None:
@@ -62,9 +65,9 @@ def polar_plot(result: CalibrationResult, as_left: CalibrationResult | None = No
                 axes.plot(*marks, "o", color=colour, markersize=3)
         turn = np.linspace(0, 2 * np.pi, 361)
         axes.plot(turn, np.zeros_like(turn), "--", color=INK, linewidth=0.7)
-        axes.set_rlim(-2.2 * span, 1.15 * span)
-        ticks = matplotlib.ticker.MaxNLocator(3, symmetric=True).tick_values(-span, span)
-        axes.set_rticks([tick for tick in ticks if abs(tick) <= 1.1 * span])
+        axes.set_rlim(low - 0.9 * span, high + 0.08 * span)
+        ticks = matplotlib.ticker.MaxNLocator(4).tick_values(low, high)
+        axes.set_rticks([tick for tick in ticks if low - 0.2 * span <= tick <= high + 0.05 * span])
         axes.set_rlabel_position(15)
         axes.tick_params(labelsize=7.5)
         axes.spines["polar"].set_visible(False)
@@ -94,12 +97,16 @@ def residual_plot(result: CalibrationResult) -> str | None:
                 own = scatter[np.array(series.direction) == way]
                 if own.size:
                     angle = np.broadcast_to(series.angle_deg, own.shape)
-                    axes.plot(angle.ravel(), own.ravel(), marker, color=READING_COLOUR, alpha=0.55, markersize=3.5,
-                              linewidth=0, markeredgewidth=0, label=f"{label}, less the mean")  # fmt: skip
+                    style = {"color": READING_COLOUR, "alpha": 0.55, "markersize": 3.5, "markeredgewidth": 0}
+                    label = f"{label}, less the mean"
+                    axes.plot(angle.ravel(), own.ravel(), marker, clip_on=False, label=label, **style)
         if fitted is not None:
-            axes.plot(result.curve.angle_deg, fitted.residual_arcsec, "o-", color=AFTER_COLOUR, markersize=2.5,
-                      linewidth=0.9, label="mean less the fit")  # fmt: skip
+            style = {"color": AFTER_COLOUR, "markersize": 2.5, "linewidth": 0.9}
+            axes.plot(result.curve.angle_deg, fitted.residual_arcsec, "o-", label="mean less the fit", **style)
         axes.axhline(0, color=INK, linewidth=0.7)
+        # An exact fit leaves rounding alone: a scale of 1e-15 would look like a finding.
+        limit = max(1.1 * max(map(abs, axes.get_ylim())), ARCSEC_PER_COUNT / 2)
+        axes.set_ylim(-limit, limit)
         axes.set_ylabel("residual / arcsec")
         axes.set_xlabel("angle / deg")
         _angle_axis(axes, result)
@@ -108,38 +115,37 @@ def residual_plot(result: CalibrationResult) -> str | None:
 
 
 def _draw_measured(axes, result: CalibrationResult, colour: str, label: str) -> None:
+    """The readings with the fit and its band. With a `label`, for two runs, the legend says no more than it must."""
     curve, fitted = result.curve, result.fitted
-    prefix = f"{label}, " if label else ""
     if fitted is not None:
         angle = _fine_angles(result)
         error, u = fitted.evaluate(angle), fitted.u_arcsec(angle)
         if u is not None:
             half = COVERAGE_FACTOR * np.hypot(u, fitted.interpolation_u_arcsec(angle))
-            axes.fill_between(angle, error - half, error + half, color=colour, alpha=0.2, linewidth=0,
-                              label=f"{prefix}expanded uncertainty of the curve (k=2)")  # fmt: skip
-        axes.plot(angle, error, color=colour, label=f"{prefix}{fitted.title}")
+            name = f"{label}, k=2" if label else "expanded uncertainty of the curve (k=2)"
+            axes.fill_between(angle, error - half, error + half, color=colour, alpha=0.2, linewidth=0, label=name)
+        axes.plot(angle, error, color=colour, label=None if label else fitted.title)
     bars = None if fitted is not None or curve.u_arcsec is None else COVERAGE_FACTOR * curve.u_arcsec
-    axes.errorbar(curve.angle_deg, curve.error_arcsec, bars, fmt="o", color=colour, markersize=3.5, markeredgecolor=INK,
-                  markeredgewidth=0.5, elinewidth=1, label=f"{prefix}measured")  # fmt: skip
+    name = f"{label}, measured" if label else "measured" if bars is None else "measured, k=2"
+    axes.errorbar(curve.angle_deg, curve.error_arcsec, bars, fmt="o", color=colour, elinewidth=1, label=name, **_MARK)
     axes.axhline(0, color=INK, linewidth=0.7)
     axes.set_ylabel("error / arcsec")
 
 
 def _draw_after(axes, result: CalibrationResult) -> None:
     expanded = result.budget.expanded_arcsec
-    axes.axhspan(-expanded, expanded, color=AFTER_COLOUR, alpha=0.14, linewidth=0,
-                 label="expanded uncertainty of a corrected angle (k=2)")  # fmt: skip
+    name = "expanded uncertainty of a corrected angle (k=2)"
+    axes.axhspan(-expanded, expanded, color=AFTER_COLOUR, alpha=0.14, linewidth=0, label=name)
     angle = _fine_angles(result)
     axes.plot(angle, _after_at(result, angle), color=AFTER_COLOUR, linewidth=0.5, alpha=0.7, label="fit less ROM")
     curve = result.curve
     after = curve.error_arcsec - corrected_by_rom_counts(result.fitted, curve.angle_deg) * ARCSEC_PER_COUNT
-    axes.plot(curve.angle_deg, after, "o", color=AFTER_COLOUR, markersize=3.5, markeredgecolor=INK,
-              markeredgewidth=0.5, label="measured less ROM")  # fmt: skip
+    axes.plot(curve.angle_deg, after, "o", color=AFTER_COLOUR, label="same readings less ROM", **_MARK)
     axes.axhline(0, color=INK, linewidth=0.7)
     limit = 1.5 * max(expanded, float(np.abs(after).max()), ARCSEC_PER_COUNT)
     axes.set_ylim(-limit, limit)
     axes.set_ylabel("error / arcsec")
-    axes.set_title("after correction by the ROM, from the same readings")
+    axes.set_title("after correction")
     _legend_above(axes)
 
 
@@ -175,5 +181,5 @@ def _angle_axis(axes, result: CalibrationResult) -> None:
 
 def _legend_above(axes) -> None:
     """The legend over the axes at the right, where it hides no reading."""
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7.5, labelcolor=QUIET,
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, fontsize=7.5, labelcolor=QUIET,
                 borderaxespad=0.2, columnspacing=1.2, handlelength=1.6)  # fmt: skip
