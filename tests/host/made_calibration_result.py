@@ -1,4 +1,6 @@
-"""Calibration results for tests of the report, from made polygon runs that went through the real reduction and budget."""
+"""Calibration results for tests of the report: made polygon runs that went through the real reduction and budget."""
+
+from made_polygon_run import polygon_run_text
 
 from arcref.calibration.calibration_result import CalibrationResult, Check, ReportSection, SeriesErrors
 from arcref.calibration.fits.fit_names import fit_curve
@@ -8,7 +10,6 @@ from arcref.calibration.polygon_inputs import PolygonInputs
 from arcref.calibration.polygon_reduction import reduce_polygon
 from arcref.calibration.polygon_run import read_polygon_run
 from arcref.error_curve import ErrorCurve
-from made_polygon_run import polygon_run_text
 
 
 def reduced(path, **made):

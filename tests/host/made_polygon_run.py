@@ -1,4 +1,4 @@
-"""Polygon runs made up for tests of budget, Monte Carlo and report: an encoder of known error, read with known noise."""
+"""Polygon runs made up for tests of budget, Monte Carlo and report: a known encoder, read with known noise."""
 
 import numpy as np
 
@@ -7,7 +7,8 @@ from arcref.calibration.tower_tilt import horizontal_reading_arcsec, vertical_re
 
 def polygon_run_text(
     faces=24, rounds=4, directions=(1,), noise_arcsec=0.2, seed=1, psi_arcsec=None, omega_deg=40.0, y_noise_arcsec=0.1,
-    drift_arcsec=0.0, return_arcsec=0.0, first_deg=0.0, certificate=True, metadata=(), harmonics=((1, 2.0), (2, 1.0), (3, 0.7)),
+    drift_arcsec=0.0, return_arcsec=0.0, first_deg=0.0, certificate=True, metadata=(),
+    harmonics=((1, 2.0), (2, 1.0), (3, 0.7)),
 ) -> str:  # fmt: skip
     """A run file. `drift_arcsec`: over each round; `return_arcsec`: forward minus backward, a constant."""
     random = np.random.default_rng(seed)

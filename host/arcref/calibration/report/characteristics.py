@@ -56,8 +56,8 @@ def _zero(series: SeriesErrors | None) -> Characteristic:
     from_where = "from both directions" if len(ways) > 1 else "from one direction only"
     often = "once" if closed.size == 1 else f"{closed.size} times"
     how = (
-        f"largest change of the first angle's error when the encoder came back to it, {often}, {from_where}; drift of the "
-        "set-up is in it"
+        f"largest change of the first angle's error when the encoder came back to it, {often}, {from_where}; drift "
+        "of the set-up is in it"
     )
     return Characteristic(key, name, float(np.abs(closing[closed]).max()), how)
 
