@@ -7,7 +7,6 @@ import numpy as np
 from arcref.angle import counts_to_deg
 from arcref.calibration.metadata_keys import POLYGON, known_keys, stated_number
 from arcref.calibration.polygon_series import BACKWARD, FORWARD, PolygonSeries, arrange_series
-from arcref.error_curve import CLOSURE_TOLERANCE_ARCSEC
 from arcref.input_error import InputError
 from arcref.run_file import RunFile, read_run_file
 
@@ -32,7 +31,8 @@ class PolygonRun:
     minus nominal, counted from face 1 of the run) or None without a certificate; `x_arcsec`; `y_arcsec` or None.
     `sign`: +1 when x adds to the error, -1 when it is subtracted; `y_sign`: +1 when y grows as the face looks up;
     `roll_arcmin`: the autocollimator's roll, x gets roll times y, or None when it is not stated;
-    `sign_basis`: where the sign comes from; `series`: how the readings lie in rounds and directions.
+    `sign_basis`: where the sign comes from; `series`: how the readings lie in rounds and directions;
+    `closing_limit_arcsec`: as the run file states it, or None.
     """
 
     run: RunFile
@@ -46,7 +46,7 @@ class PolygonRun:
     roll_arcmin: float | np.ndarray | None = None
     y_sign: int = 1
     sign_basis: str = ""
-    closing_limit_arcsec: float = CLOSURE_TOLERANCE_ARCSEC
+    closing_limit_arcsec: float | None = None
 
     @property
     def face(self) -> np.ndarray:
@@ -113,7 +113,6 @@ def read_polygon_run(path, sign: int | None = None) -> PolygonRun:
     deviation = run.columns.get(DEVIATION)
     if deviation is not None:
         _refuse_differing_certificate(run, series)
-    limit = stated_number(run, "closing_limit_arcsec")
     return PolygonRun(
         run,
         faces,
@@ -126,7 +125,7 @@ def read_polygon_run(path, sign: int | None = None) -> PolygonRun:
         roll,
         _plus_or_minus_one(run, "autocollimator_y_sign") or 1,
         basis,
-        CLOSURE_TOLERANCE_ARCSEC if limit is None else limit,
+        stated_number(run, "closing_limit_arcsec"),
     )
 
 

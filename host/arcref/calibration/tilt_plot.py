@@ -43,7 +43,7 @@ def tilt_plot(reduction: PolygonReduction, screws: AdjustingScrews | None = None
         below.set_xticks(range(0, 361, 60))
         left.align_ylabels()
         _draw_plan(right.subplots(), reduction, screws)
-        return svg(figure, "tilt")
+        return svg(figure, f"tilt-{reduction.run.run.file.sha256[:8]}")
 
 
 def _draw_plan(axes, reduction: PolygonReduction, screws: AdjustingScrews | None) -> None:
