@@ -1,0 +1,302 @@
+"""From a closure run to its calibration: error curve, budget, checks, and what the report says."""
+
+import math
+
+import numpy as np
+from scipy.stats import chi2
+
+from arcref.angle import ARCSEC_PER_COUNT
+from arcref.calibration.calibration_provenance import calibration_provenance
+from arcref.calibration.calibration_result import CalibrationResult, Check, SeriesErrors
+from arcref.calibration.closure_budget import closure_budget, face_u_arcsec, position_u_arcsec, repeatability
+from arcref.calibration.closure_mistakes import refuse_deviations, refuse_misread
+from arcref.calibration.closure_plan import WEAK
+from arcref.calibration.closure_run import ClosureRun, X
+from arcref.calibration.closure_sections import closure_sections, outlier_rows, reading_name
+from arcref.calibration.closure_solution import FALSE_ALARM, ClosureSolution, solve_closure
+from arcref.calibration.fit_comparison import compare_fits
+from arcref.calibration.fit_sections import aliasing_section, aliasing_warning, comparison_section, fit_section
+from arcref.calibration.fits.fit_names import DEFAULT_FIT, fit_curve
+from arcref.calibration.metadata_keys import stated_number
+from arcref.error_curve import ErrorCurve
+
+DATUM = "mean of the encoder's errors over the positions and mean of the face deviations both zero"
+
+OUTLIERS_NAMED = 5
+
+# A quarter of a signal period: an error within a line has then changed altogether.
+_SAME_PLACE_ARCSEC = 79.0
+
+_DIGITS = 6
+
+
+def closure_result(
+    run: ClosureRun, fit_name: str = DEFAULT_FIT, compare: bool = False, second: ErrorCurve | None = None
+) -> CalibrationResult:
+    """Solve and judge a run; with `compare` the fit's rivals stand beside it, and what each leaves of a `second` run.
+
+    Raises `InputError` for readings that no such set-up gives, see `closure_mistakes`.
+    """
+    solution = solve_closure(run.design, run.reading_arcsec())
+    _refuse_mistakes(run, solution)
+    curve = _curve(run, solution)
+    fitted = fit_curve(curve, fit_name)
+    budget = closure_budget(run, solution, fitted)
+    readings_deg = _readings_deg(run)
+    face_u = face_u_arcsec(run, solution)
+    sections = closure_sections(run, solution, face_u)
+    sections += (fit_section(fitted), aliasing_section(fitted, readings_deg))
+    if compare:
+        sections += (comparison_section(compare_fits(fitted, second)),)
+    warnings = _warnings(run, fitted, readings_deg)
+    return CalibrationResult(
+        kind="closure",
+        run=run.run,
+        curve=curve,
+        results=_results(run, solution, face_u),
+        budget=budget,
+        method=_method(run, solution),
+        figures=_figures(run, solution, curve, budget, face_u),
+        checks=_checks(run, solution),
+        warnings=warnings,
+        sections=sections,
+        not_checked=_not_checked(run),
+        provenance=curve.provenance,
+        fitted=fitted,
+        series=_series(run, solution),
+    )
+
+
+def _refuse_mistakes(run: ClosureRun, solution: ClosureSolution) -> None:
+    x_alone = solve_closure(run.design, run.x_arcsec)
+    refuse_misread(run.run, run.run[X], solution.residual_arcsec, x_alone.residual_arcsec, run.sign)
+    refuse_deviations(run.run, run.design.faces, solution.face_deviation_arcsec, solution.mounting_arcsec)
+
+
+def _curve(run: ClosureRun, solution: ClosureSolution) -> ErrorCurve:
+    """The encoder's errors at its own angles, from the lowest up."""
+    order = _order_of_curve(run)
+    u = position_u_arcsec(run, solution)
+    method = {
+        "name": "closure: encoder and polygon by least squares",
+        "faces": run.faces,
+        "settings": run.settings,
+        "setting_step_deg": run.setting_step_deg,
+        "rounds": run.rounds,
+        "readings": run.design.readings,
+        "autocollimator_sign": run.sign,
+        "datum": DATUM,
+        "lost_orders": list(run.design.lost_orders),
+    }
+    provenance = calibration_provenance(method, run.run)
+    return ErrorCurve(
+        _curve_angles(run), solution.encoder_error_arcsec[order], None if u is None else u[order], provenance
+    )
+
+
+def _results(run: ClosureRun, solution: ClosureSolution, face_u: np.ndarray | None) -> dict:
+    design = run.design
+    sigma, freedom, kind = repeatability(run, solution)
+    order = _order_of_curve(run)
+    p = len(order)
+    rows = np.concatenate([order, p + np.arange(len(design.faces))])
+    covariance = None if sigma is None else sigma**2 * design.covariance[np.ix_(rows, rows)]
+    series = {int(s): (int(r), int(k)) for s, r, k in zip(design.series, run.round, run.setting, strict=True)}
+    return {
+        "datum": DATUM,
+        "face_deviation_arcsec": _by_face(run, solution.face_deviation_arcsec),
+        "u_face_deviation_arcsec": None if face_u is None else _by_face(run, face_u),
+        "repeatability_arcsec": sigma,
+        "repeatability_type": kind,
+        "degrees_of_freedom": design.degrees_of_freedom,
+        "lost_orders": list(design.lost_orders),
+        "noise_factor": {
+            str(number): None if np.isnan(factor) else _rounded(factor)
+            for number, factor in zip(design.orders, design.noise_factor, strict=True)
+        },
+        "mounting": [
+            {"round": series[number][0], "setting": series[number][1], "mounting_arcsec": _rounded(value)}
+            for number, value in enumerate(solution.mounting_arcsec)
+        ],
+        "closing_error_arcsec": [
+            {"round": place[0], "setting": place[1], "closing_error_arcsec": _rounded(value)}
+            for place, value in sorted(run.closing_error_arcsec.items())
+        ],
+        "covariance_order": "encoder errors in the order of the curve, then face deviations of the faces read",
+        "covariance_arcsec2": None if covariance is None else [[_rounded(v) for v in row] for row in covariance],
+    }
+
+
+def _checks(run: ClosureRun, solution: ClosureSolution) -> tuple[Check, ...]:
+    design, checks = run.design, []
+    outliers = outlier_rows(run, solution)
+    if design.degrees_of_freedom > 1:
+        named = "; ".join(
+            f"{reading_name(run, index)}: residual {solution.residual_arcsec[index]:+.2f} arcsec, "
+            f"{abs(solution.studentized_residual[index]):.1f} standard deviations of the others"
+            for index in outliers[:OUTLIERS_NAMED]
+        )
+        more = f"; {len(outliers) - OUTLIERS_NAMED} more" if len(outliers) > OUTLIERS_NAMED else ""
+        found = named + more or f"largest {np.abs(solution.studentized_residual).max():.1f} standard deviations"
+        checks.append(Check("No reading stands out from all others.", found, not outliers))
+    stated, sigma = stated_number(run.run, "u_repeatability_arcsec"), solution.sigma_arcsec
+    if stated is not None and design.degrees_of_freedom > 0:
+        freedom = design.degrees_of_freedom
+        # A reading of the encoder is a whole count besides.
+        limit = math.hypot(stated, ARCSEC_PER_COUNT / math.sqrt(12)) * math.sqrt(
+            chi2.isf(FALSE_ALARM, freedom) / freedom
+        )
+        sentence = f"The readings scatter no more than the stated {stated:g} arcsec and whole counts explain."
+        checks.append(Check(sentence, f"{sigma:.3f} arcsec, limit {limit:.3f}", bool(sigma <= limit)))
+    if run.closing_error_arcsec:
+        place, worst = max(run.closing_error_arcsec.items(), key=lambda item: abs(item[1]))
+        sentence = f"The first face read again agrees within {run.closing_limit_arcsec:g} arcsec at each setting."
+        found = f"{worst:+.3f} arcsec at most, setting {place[1]}" + (f", round {place[0]}" if run.rounds > 1 else "")
+        checks.append(Check(sentence, found, abs(worst) <= run.closing_limit_arcsec))
+    lost, bounded = design.lost_orders, stated_number(run.run, "u_face_deviation_arcsec") is not None
+    found = f"order {', '.join(map(str, lost))} lost" if lost else "all of them"
+    if lost and bounded:
+        found += ", bounded by the stated u_face_deviation_arcsec"
+    sentence = "Every order of the encoder's error is told from the faces, or bounded by what is stated of them."
+    checks.append(Check(sentence, found, bounded or not design.lost_from_faces.any()))
+    return tuple(checks)
+
+
+def _warnings(run: ClosureRun, fitted, readings_deg: np.ndarray) -> tuple[str, ...]:
+    warnings = []
+    if run.sign_basis.startswith("assumed") and np.ptp(run.x_arcsec) > 0:
+        warnings.append(
+            "The run file states no autocollimator_sign; +1 was taken: x grows as the encoder's reading would."
+        )
+    factor = np.nan_to_num(run.design.noise_factor)
+    if factor.max() > WEAK:
+        order = int(run.design.orders[int(np.argmax(factor))])
+        plan = f"arcref calibrate closure --plan {run.faces} {_numbers(run.setting)} {run.setting_step_deg:g}"
+        warnings.append(
+            f"These settings separate order {order} with {factor.max():.1f} times the noise of a whole set; "
+            f"'{plan}' says what would do better."
+        )
+    if run.design.lost_to_mountings:
+        warnings.append(
+            f"Some settings share no position, so order {', '.join(map(str, run.design.lost_orders))} cannot be told "
+            "from their mountings; it is in neither the curve nor its uncertainty."
+        )
+    if run.spread_arcsec > _SAME_PLACE_ARCSEC:
+        warnings.append(
+            f"Readings that count as one position lie up to {run.spread_arcsec:.0f} arcsec from their mean: an error "
+            "within the grating line is not the same in them and counts as scatter."
+        )
+    aliased = aliasing_warning(fitted, readings_deg)
+    return (*warnings, aliased) if aliased else tuple(warnings)
+
+
+def _method(run: ClosureRun, solution: ClosureSolution) -> tuple[str, ...]:
+    x = "added to" if run.sign > 0 else "subtracted from"
+    solved = (
+        f"The polygon of {run.faces} faces was set at {run.settings} positions on the encoder, "
+        f"{run.setting_step_deg:g} deg apart"
+        + (f", in {run.rounds} rounds" if run.rounds > 1 else "")
+        + f"; {run.design.readings} readings. Each reading, less the nominal position, is the encoder's error there "
+        "plus the deviation of the face plus the mounting of that series. All of them were solved together by least "
+        "squares; no certificate was used."
+    )
+    return (
+        solved,
+        f"Autocollimator x was {x} the encoder's reading ({run.sign_basis}). Error is reading less true angle.",
+        f"Datum: {DATUM}. Where the zero lies is a matter of choice; uncertainties are about the mean.",
+        "The uncertainty of the scatter is that of the whole covariance of the solution, which the calibration keeps.",
+    )
+
+
+def _figures(run, solution, curve, budget, face_u) -> tuple[tuple[str, str], ...]:
+    design = run.design
+    sigma, freedom, kind = repeatability(run, solution)
+    rows = [
+        ("faces, settings", f"{run.faces}, {run.settings} at {run.setting_step_deg:g} deg"),
+        ("readings", f"{design.readings} for {design.rank} unknowns"),
+        ("positions", f"{len(design.position_deg)}, {curve.spacing_deg:.4g} deg apart"),
+        ("orders lost", ", ".join(map(str, design.lost_orders)) or "none"),
+        ("noise, against a whole set", f"{np.nan_to_num(design.noise_factor).max():.2f} at most"),
+        ("errors", f"{np.ptp(curve.error_arcsec):.2f} arcsec peak to peak"),
+        ("face deviations", f"{np.ptp(solution.face_deviation_arcsec):.2f} arcsec peak to peak"),
+    ]
+    if sigma is None:
+        rows.append(("repeatability", "no reading is left over to tell"))
+    else:
+        found = f"{freedom:g} degrees of freedom" if kind == "A" else "stated"
+        rows.append(("repeatability", f"{sigma:.3f} arcsec, one reading ({found})"))
+        rows.append(("u of the encoder's error", f"{curve.u_arcsec.max():.3f} arcsec at most (k=1)"))
+        rows.append(("u of a face, from scatter", f"{face_u.max():.3f} arcsec at most (k=1)"))
+    rows.append(("expanded uncertainty", f"{budget.expanded_arcsec:.2f} arcsec (k=2) of a corrected angle"))
+    return tuple(rows)
+
+
+def _not_checked(run: ClosureRun) -> tuple[str, ...]:
+    return (
+        "A drift that is the same at each setting looks like face deviations; only the first face, read again at the "
+        "end of a setting, shows it.",
+        "Tower tilt: there are no y readings. A tilt that turns with the polygon counts as face deviations, one that "
+        "stays with the encoder as its error.",
+        "The scale of the autocollimator, which every x reading shares.",
+        f"Errors between the positions: an order above {run.design.orders[-1]} looks like a lower one.",
+        "The error within a grating line: positions are repeated within "
+        f"{run.spread_arcsec:.0f} arcsec, and a line is 316 arcsec wide.",
+    )
+
+
+def _series(run: ClosureRun, solution: ClosureSolution) -> SeriesErrors:
+    """The encoder's errors as each series has them, faces and mountings taken off."""
+    design = run.design
+    order = _order_of_curve(run)
+    errors = np.full((design.series_count, len(order)), np.nan)
+    errors[design.series, design.position] = solution.encoder_error_arcsec[design.position] + solution.residual_arcsec
+    closing = np.full(design.series_count, np.nan)
+    for series, round_, setting in zip(design.series, run.round, run.setting, strict=True):
+        closing[series] = run.closing_error_arcsec.get((int(round_), int(setting)), np.nan)
+    return SeriesErrors(
+        _curve_angles(run),
+        errors[:, order],
+        (1,) * design.series_count,
+        closing if np.isfinite(closing).any() else None,
+    )
+
+
+def _curve_angles(run: ClosureRun) -> np.ndarray:
+    """Angles of the curve: those of the positions brought into the turn that begins half a step before zero."""
+    half = 180.0 / len(run.angle_deg)
+    return np.sort(np.mod(run.angle_deg + half, 360.0) - half)
+
+
+def _order_of_curve(run: ClosureRun) -> np.ndarray:
+    half = 180.0 / len(run.angle_deg)
+    return np.argsort(np.mod(run.angle_deg + half, 360.0) - half)
+
+
+def _readings_deg(run: ClosureRun) -> np.ndarray:
+    """float64[p, most]: at which angles each position of the curve was read, NaN where there are fewer readings."""
+    order = _order_of_curve(run)
+    own = [run.position_deg[run.design.position == position] for position in order]
+    table = np.full((len(own), max(map(len, own))), np.nan)
+    for row, values in zip(table, own, strict=True):
+        row[: len(values)] = values
+    return table
+
+
+def _by_face(run: ClosureRun, values: np.ndarray) -> list:
+    """One entry for each face of the polygon, null for a face that was not read."""
+    found: list = [None] * run.faces
+    for face, value in zip(run.design.faces, values, strict=True):
+        found[face] = _rounded(value)
+    return found
+
+
+def _numbers(setting: np.ndarray) -> str:
+    """The settings as `--plan` takes them."""
+    numbers = np.unique(setting)
+    whole = np.array_equal(numbers, np.arange(1, len(numbers) + 1))
+    return str(len(numbers)) if whole else ",".join(map(str, numbers))
+
+
+def _rounded(value) -> float:
+    """Last digits differ from machine to machine."""
+    return float(f"{float(value):.{_DIGITS}g}")
