@@ -19,7 +19,8 @@ class CalibrationFile:
     """A calibration result.
 
     `angle_deg`: float64[n], degrees of the turn, or for kind subdivision degrees of one grating line (`line_deg` in
-    the file); `error_arcsec`: float64[n]; `u_arcsec`: standard uncertainty (k=1), float64[n], or None when not stated.
+    the file); `error_arcsec`: float64[n]; `u_arcsec`: standard uncertainty (k=1), float64[n], or None when not stated;
+    `arc_deg`: (first, last) angle of the arc that was measured, None when the file names none.
     """
 
     file: InputFile
@@ -29,6 +30,7 @@ class CalibrationFile:
     u_arcsec: np.ndarray | None
     results: dict = field(repr=False)
     provenance: dict = field(repr=False)
+    arc_deg: tuple[float, float] | None = None
 
 
 def read_calibration(path, kinds: tuple[str, ...] = KINDS) -> CalibrationFile:
@@ -61,15 +63,27 @@ def read_calibration(path, kinds: tuple[str, ...] = KINDS) -> CalibrationFile:
         index = int(np.argmax(u < 0))
         problem = f"is {u[index]:g}, an uncertainty of 0 or more was expected"
         raise InputError.at(path, problem, column=f"curve.u_arcsec[{index}]")
-    return CalibrationFile(file, content["kind"], angle, error, u, content["results"], content["provenance"])
+    arc = None if curve.get("arc_deg") is None else _arc(path, curve, angle)
+    return CalibrationFile(file, content["kind"], angle, error, u, content["results"], content["provenance"], arc)
 
 
-def _numbers(path, curve: dict, key: str, length: int | None = None) -> np.ndarray:
+def _arc(path, curve: dict, angle_deg: np.ndarray) -> tuple[float, float]:
+    first, last = _numbers(path, curve, "arc_deg", 2, "the first and the last angle of the arc")
+    if not 0 < last - first < 360:
+        problem = f"is {first:g} .. {last:g} deg, an increasing arc of less than a turn was expected"
+        raise InputError.at(path, problem, column="curve.arc_deg")
+    if angle_deg.size and not first <= angle_deg.min() <= angle_deg.max() <= last:
+        problem = f"is {first:g} .. {last:g} deg, which leaves out angles of curve.angle_deg"
+        raise InputError.at(path, problem, column="curve.arc_deg")
+    return float(first), float(last)
+
+
+def _numbers(path, curve: dict, key: str, length: int | None = None, what: str = "one for each angle") -> np.ndarray:
     values = curve.get(key)
     if not isinstance(values, list):
         raise InputError.at(path, f"is {_short(values)}, a list of numbers was expected", column=f"curve.{key}")
     if length is not None and len(values) != length:
-        problem = f"has {len(values)} numbers, {length} were expected, one for each angle"
+        problem = f"has {len(values)} numbers, {length} were expected, {what}"
         raise InputError.at(path, problem, column=f"curve.{key}")
     for index, value in enumerate(values):
         if type(value) not in (int, float) or abs(value) > 1e300 or not math.isfinite(value):

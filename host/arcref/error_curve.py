@@ -1,6 +1,6 @@
 """The error of the encoder over the turn, as a calibration gives it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -68,6 +68,7 @@ class ErrorCurve:
     def from_calibration_json(cls, path, closure_tolerance_arcsec: float = CLOSURE_TOLERANCE_ARCSEC) -> "ErrorCurve":
         """Read the curve of a calibration over the turn, `CAL.json` of kind polygon, closure or theodolite.
 
+        A theodolite sees an arc: where the file does not name it, it is that of the angles, unless these go around.
         Raises `InputError` as `read_calibration` does, and for what `from_polygon_csv` refuses.
         """
         calibration = read_calibration(path, ("polygon", "closure", "theodolite"))
@@ -78,9 +79,21 @@ class ErrorCurve:
             "date": calibration.provenance.get("date"),
             "inputs": [calibration.file.record | {"kind": calibration.kind, "provenance": calibration.provenance}],
         }
-        curve = cls(calibration.angle_deg, calibration.error_arcsec, calibration.u_arcsec, provenance, None, places)
+        curve = cls(
+            calibration.angle_deg,
+            calibration.error_arcsec,
+            calibration.u_arcsec,
+            provenance,
+            None,
+            places,
+            calibration.arc_deg,
+        )
         angle_places = [{"column": f"curve.angle_deg[{i}]"} for i in range(count)]
-        return curve._checked(path, angle_places, closure_tolerance_arcsec)
+        checked = curve._checked(path, angle_places, closure_tolerance_arcsec)
+        is_open = checked.closure_row is None and checked.gaps_deg[-1] > 2 * checked.spacing_deg
+        if calibration.kind == "theodolite" and checked.arc_deg is None and is_open:
+            return replace(checked, arc_deg=(float(checked.angle_deg[0]), float(checked.angle_deg[-1])))
+        return checked
 
     def values(self, with_closure: bool = False) -> np.ndarray:
         """The errors in arcsec, the closure row's behind them when it is wanted and there is one."""
@@ -130,6 +143,7 @@ class ErrorCurve:
             self.provenance,
             (float(angle[-1]), float(error[-1])),
             self.places[:-1],
+            self.arc_deg,
         )
 
 

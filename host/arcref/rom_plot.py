@@ -5,16 +5,16 @@ from pathlib import Path
 
 import numpy as np
 
-from arcref.angle import ARCSEC_PER_COUNT, LINES_PER_TURN
+from arcref.angle import ARCSEC_PER_COUNT
+from arcref.calibration.fits.curve_fit import FittedCurve
 from arcref.correction_rom import FRACTION_BITS, CorrectionRom
-from arcref.error_curve import ErrorCurve
 from arcref.input_error import InputError
-from arcref.radial_basis_network import RadialBasisNetwork
+from arcref.rom_provenance import line_middles_deg
 
 KINDS = (".svg", ".png", ".pdf")
 
 
-def rom_plot(curve: ErrorCurve, network: RadialBasisNetwork, rom: CorrectionRom, path) -> bytes:
+def rom_plot(fit: FittedCurve, rom: CorrectionRom, path) -> bytes:
     """The plot as the content of a file; the ending of `path` (svg, png or pdf) says which kind.
 
     The same calibration gives the same bytes. Raises `InputError` for another ending.
@@ -29,9 +29,9 @@ def rom_plot(curve: ErrorCurve, network: RadialBasisNetwork, rom: CorrectionRom,
     with rc_context({"svg.hashsalt": "arcref", "font.size": 9}):
         figure = Figure(figsize=(9, 6), layout="constrained")
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
-        _draw_curve(above, curve, network, rom)
-        _draw_difference(below, network, rom)
-        figure.suptitle(f"Error of the encoder over the turn, {len(curve.angle_deg)} faces, CRC 0x{rom.crc32:08X}")
+        _draw_curve(above, fit, rom)
+        _draw_difference(below, fit, rom)
+        figure.suptitle(f"Error of the encoder over the turn, {len(fit.curve.angle_deg)} faces, CRC 0x{rom.crc32:08X}")
         content = io.BytesIO()
         # No date in the file: the clock would make two runs differ.
         metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind[1:])
@@ -39,18 +39,19 @@ def rom_plot(curve: ErrorCurve, network: RadialBasisNetwork, rom: CorrectionRom,
     return content.getvalue()
 
 
-def _line_deg() -> np.ndarray:
-    return (np.arange(LINES_PER_TURN) + 0.5) * (360.0 / LINES_PER_TURN)
-
-
 def _table_arcsec(rom: CorrectionRom) -> np.ndarray:
     return rom.line_table * (ARCSEC_PER_COUNT / (1 << FRACTION_BITS))
 
 
-def _draw_curve(axes, curve: ErrorCurve, network: RadialBasisNetwork, rom: CorrectionRom) -> None:
-    axes.plot(_line_deg(), _table_arcsec(rom), color="0.75", linewidth=5, label="ROM, one entry a grating line")
+def _draw_curve(axes, fit: FittedCurve, rom: CorrectionRom) -> None:
+    axes.plot(line_middles_deg(), _table_arcsec(rom), color="0.75", linewidth=5, label="ROM, one entry a grating line")
     angle_deg = np.linspace(0.0, 360.0, 1441)
-    axes.plot(angle_deg, network.evaluate(angle_deg), color="C0", label=f"fit, spread {network.spread_deg:g} deg")
+    value = np.where(fit.covers(angle_deg), fit.evaluate(angle_deg), np.nan)
+    axes.plot(angle_deg, value, color="C0", label=_label(fit))
+    curve = fit.curve
+    if curve.u_arcsec is not None:
+        u = np.hypot(fit.u_arcsec(angle_deg), fit.interpolation_u_arcsec(angle_deg))
+        axes.fill_between(angle_deg, value - 2 * u, value + 2 * u, color="C0", alpha=0.15, linewidth=0)
     expanded = None if curve.u_arcsec is None else 2 * curve.u_arcsec
     label = "reading" if expanded is None else "reading with expanded uncertainty (k=2)"
     axes.errorbar(np.mod(curve.angle_deg, 360.0), curve.error_arcsec, expanded, fmt="o", color="C3", label=label)
@@ -59,9 +60,14 @@ def _draw_curve(axes, curve: ErrorCurve, network: RadialBasisNetwork, rom: Corre
     axes.legend(loc="best")
 
 
-def _draw_difference(axes, network: RadialBasisNetwork, rom: CorrectionRom) -> None:
-    line_deg = _line_deg()
-    difference = _table_arcsec(rom) - network.evaluate(line_deg)
+def _label(fit: FittedCurve) -> str:
+    spread = f", spread {fit.parameters['spread_deg']:g} deg" if "spread_deg" in fit.parameters else ""
+    return fit.title + spread
+
+
+def _draw_difference(axes, fit: FittedCurve, rom: CorrectionRom) -> None:
+    line_deg = line_middles_deg()
+    difference = np.where(fit.covers(line_deg), _table_arcsec(rom) - fit.evaluate(line_deg), np.nan)
     axes.plot(line_deg, difference * 1000, linewidth=0.5, color="C0")
     axes.set_ylabel("ROM - fit\n/ 0.001 arcsec")
     axes.set_xlabel("angle / deg")

@@ -1,47 +1,98 @@
-"""What a ROM image says about where its tables come from."""
+"""What a ROM image says about where its tables come from, and the fit made again from that."""
+
+import math
+
+import numpy as np
 
 from arcref import __version__
+from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_LINE, LINES_PER_TURN, counts_to_deg
+from arcref.calibration.fits.curve_fit import FittedCurve
+from arcref.calibration.fits.fit_names import DEFAULT_FIT, fit_curve
+from arcref.calibration.uncertainty_budget import COVERAGE_FACTOR
 from arcref.error_curve import ErrorCurve
-from arcref.radial_basis_network import RadialBasisNetwork
 from arcref.subdivision_curve import SubdivisionCurve
 
 NO_UNCERTAINTY = "the input is a reduced curve that states no uncertainty"
 
-UNCERTAINTY_BASIS = "twice the largest standard uncertainty of the curve at its faces; between faces the fit adds to it"
+UNCERTAINTY_BASIS = (
+    "largest over the turn: the curve's standard uncertainty at its faces carried through the fit, the fit between the "
+    "faces, and rounding to a count"
+)
 
 
-def rom_provenance(
-    curve: ErrorCurve, network: RadialBasisNetwork, subdivision: SubdivisionCurve | None = None
-) -> dict:
+def rom_provenance(fit: FittedCurve, subdivision: SubdivisionCurve | None = None) -> dict:
     """The provenance of the ROM made from these: serial, date, method, inputs, uncertainty, version of arcref.
 
     It depends on the inputs alone, never on the clock, so that the same inputs give the same image. Computed figures
     are rounded, because their last digits differ from machine to machine. An expanded uncertainty (k=2) that the
-    inputs do not state is null, with the reason beside it.
+    inputs do not state is null, with the reason beside it. The ROM of a limited arc says where it corrects: `arc_deg`,
+    and `corrected_lines`, the first and the last grating line whose entry is not left at 0.
     """
-    method = {
-        "name": "wrapped RBF network" if network.wrapped else "plain RBF network",
-        "faces": len(curve.angle_deg),
-        "spread_deg": network.spread_deg,
-        "ridge": network.ridge,
-        "condition_number": float(f"{network.condition_number:.3g}"),
-        "leave_one_out_rms_arcsec": round(network.leave_one_out_rms_arcsec, 3),
-    }
+    curve = fit.curve
+    method = {"name": fit.title, "fit": fit.name, "faces": len(curve.angle_deg)} | fit.parameters
+    if fit.name == "rbf":
+        method["condition_number"] = float(f"{fit.condition_number:.3g}")
+    method["leave_one_out_rms_arcsec"] = round(fit.leave_one_out_rms_arcsec, 3)
+    if curve.arc_deg is not None:
+        method["arc_deg"] = list(curve.arc_deg)
+        method["corrected_lines"] = list(corrected_lines(fit))
+        method["outside_the_arc"] = "not measured, the table is 0"
     return {
         "encoder_serial": curve.provenance.get("encoder_serial"),
         "date": curve.provenance.get("date"),
         "method": method,
         "inputs": curve.provenance.get("inputs", []) + (subdivision.provenance["inputs"] if subdivision else []),
-        **expanded_uncertainty(curve),
+        **expanded_uncertainty(fit),
         "arcref_version": __version__,
     }
 
 
-def expanded_uncertainty(curve: ErrorCurve) -> dict:
-    """The expanded uncertainty (k=2) that `curve` states, with its basis, or null with the reason."""
-    if curve.u_arcsec is None:
+def fit_from_provenance(curve: ErrorCurve, provenance: dict) -> FittedCurve:
+    """`curve` fitted as the provenance of a ROM names it, so that the same curve gives the ROM's own fit again.
+
+    What the provenance does not name takes its default. Raises `InputError` as the fit does.
+    """
+    method = provenance.get("method")
+    named = method if isinstance(method, dict) else {}
+    name = named.get("fit", DEFAULT_FIT)
+    keys = _PARAMETERS.get(name, ()) if isinstance(name, str) else ()
+    given = {key: named[key] for key in keys if type(named.get(key)) in (int, float)}
+    if "order" in given:
+        given["order"] = int(given["order"])
+    return fit_curve(curve, name, **given)
+
+
+_PARAMETERS = {
+    "rbf": ("spread_deg", "ridge"),
+    "fourier": ("order",),
+    "gaussian-process": ("half_distance_deg", "signal_arcsec", "noise_arcsec"),
+}
+
+
+def line_middles_deg() -> np.ndarray:
+    """The angles, in degrees, at which the entries of the line table stand, float64[4096]."""
+    return counts_to_deg(np.arange(LINES_PER_TURN) * COUNTS_PER_LINE + COUNTS_PER_LINE / 2)
+
+
+def corrected_lines(fit: FittedCurve) -> tuple[int, int]:
+    """First and last grating line whose entry the fit gives; last below first when the arc goes over the zero."""
+    covered = fit.covers(line_middles_deg())
+    if covered.all():
+        return 0, LINES_PER_TURN - 1
+    before = np.roll(covered, 1)
+    return int(np.argmax(covered & ~before)), int((np.argmax(~covered & before) - 1) % LINES_PER_TURN)
+
+
+def expanded_uncertainty(fit: FittedCurve) -> dict:
+    """The expanded uncertainty (k=2) of the correction with its basis, or null with the reason."""
+    angle_deg = line_middles_deg()
+    u = fit.u_arcsec(angle_deg)
+    if u is None:
         return {"expanded_uncertainty_arcsec": None, "expanded_uncertainty_reason": NO_UNCERTAINTY}
+    at_faces = fit.u_arcsec(fit.curve.angle_deg)
+    anywhere = np.nanmax(np.hypot(u, fit.interpolation_u_arcsec(angle_deg)))
+    combined = math.hypot(max(anywhere, np.nanmax(at_faces)), ARCSEC_PER_COUNT / math.sqrt(12))
     return {
-        "expanded_uncertainty_arcsec": float(f"{2 * curve.u_arcsec.max():.6g}"),
+        "expanded_uncertainty_arcsec": float(f"{COVERAGE_FACTOR * combined:.3g}"),
         "expanded_uncertainty_basis": UNCERTAINTY_BASIS,
     }

@@ -10,13 +10,12 @@ from rich.table import Table
 from rich.text import Text
 
 from arcref.atomic_file import write_files
-from arcref.error_curve import ErrorCurve
 from arcref.input_error import InputError
-from arcref.radial_basis_network import RadialBasisNetwork
+from arcref.output_files import check_outputs
 from arcref.rom_command import read_curve
 from arcref.rom_image import load_rom
+from arcref.rom_provenance import fit_from_provenance
 from arcref_gateware.quadrature import SAMPLES_PER_WORD
-from arcref_sim.output_files import check_outputs
 from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER
 from arcref_sim.zero_return import run_zero_return
 from arcref_sim.zero_return_page import figures, zero_return_page
@@ -65,10 +64,10 @@ def zero_return(speed, revolutions, samples, rom_path, curve, json_path, page, b
         raise InputError(f"--speed is {speed:g} r/s, it must lie in {SLOWEST_RPS:g} .. {FASTEST_RPS:g}")
     check_outputs([json_path, page], [rom_path, curve])
     rom = load_rom(rom_path)
-    network = fit_as_rom(read_curve(curve), rom.provenance)
+    truth = fit_from_provenance(read_curve(curve), rom.provenance)
     result = _run_with_bar(
         rom,
-        network.evaluate,
+        truth.evaluate,
         speed_rps=speed,
         revolutions=revolutions,
         samples_per_word=int(samples),
@@ -83,15 +82,6 @@ def zero_return(speed, revolutions, samples, rom_path, curve, json_path, page, b
     _print(result, page)
     if not result.passed:
         raise click.exceptions.Exit(1)
-
-
-def fit_as_rom(curve: ErrorCurve, provenance: dict) -> RadialBasisNetwork:
-    """The network fitted with the spread and ridge that a ROM's provenance names, so that the truth is its curve."""
-    method = provenance.get("method")
-    named = {} if not isinstance(method, dict) else method
-    spread, ridge = named.get("spread_deg"), named.get("ridge")
-    is_number = [isinstance(value, (int, float)) and not isinstance(value, bool) for value in (spread, ridge)]
-    return RadialBasisNetwork.fit(curve, spread if is_number[0] else None, ridge if is_number[1] else 0.0)
 
 
 def _run_with_bar(rom, curve, **options) -> ZeroReturnResult:

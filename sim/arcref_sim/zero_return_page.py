@@ -68,10 +68,11 @@ def _origin(result: ZeroReturnResult) -> list[tuple[str, str]]:
     inputs = rom.get("inputs") if isinstance(rom.get("inputs"), list) else []
     files = [f"{entry.get('file')}, SHA-256 {entry.get('sha256')}" for entry in inputs if isinstance(entry, dict)]
     method = rom.get("method") if isinstance(rom.get("method"), dict) else {}
+    spread = f", spread {method['spread_deg']} deg" if "spread_deg" in method else ""
     return [
         ("encoder", rom.get("encoder_serial") or "not stated"),
         ("calibration", ", ".join(files) or "not stated"),
-        ("method", f"{method['name']}, spread {method.get('spread_deg')} deg" if "name" in method else "not stated"),
+        ("method", f"{method['name']}{spread}" if "name" in method else "not stated"),
         ("ROM image", f"CRC-32 {result.provenance['rom_crc32']}"),
         ("core", f"{core['samples_per_word']} samples a word, latency {core['latency_cycles']} clocks"),
         ("arcref", result.provenance["arcref_version"]),

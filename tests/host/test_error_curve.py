@@ -101,6 +101,17 @@ def with_curve(content=GOOD, **changes):
     return content | {"curve": {**content["curve"], **changes}}
 
 
+def test_arc(file):
+    part = with_curve(angle_deg=[-5, 0, 5, 10])
+    assert ErrorCurve.from_calibration_json(file(part)).arc_deg is None
+    named = with_curve(part, arc_deg=[-6, 10])
+    assert ErrorCurve.from_calibration_json(file(named)).arc_deg == (-6, 10)
+    theodolite = part | {"kind": "theodolite"}
+    assert ErrorCurve.from_calibration_json(file(theodolite)).arc_deg == (-5, 10)
+    around = GOOD | {"kind": "theodolite"}
+    assert ErrorCurve.from_calibration_json(file(around)).arc_deg is None
+
+
 BAD = {
     "format": (GOOD | {"format": "arcref-rom"}, "column format: is 'arcref-rom', 'arcref-calibration' was expected"),
     "version": (GOOD | {"version": True}, "column version: is True, 1 was expected"),
@@ -123,6 +134,14 @@ BAD = {
     "repeated": (
         with_curve(angle_deg=[0, 90, 90, 270]),
         "column curve.angle_deg[2]: 90 deg is given twice (before in curve.angle_deg[1]) with different",
+    ),
+    "arc, text": (with_curve(arc_deg="0..40"), "column curve.arc_deg: is '0..40', a list of numbers was expected"),
+    "arc of one": (with_curve(arc_deg=[0]), "column curve.arc_deg: has 1 numbers, 2 were expected, the first and the"),
+    "arc backwards": (with_curve(arc_deg=[40, 0]), "column curve.arc_deg: is 40 .. 0 deg, an increasing arc of less"),
+    "arc of a turn": (with_curve(arc_deg=[0, 360]), "column curve.arc_deg: is 0 .. 360 deg, an increasing arc of less"),
+    "arc too short": (
+        with_curve(arc_deg=[0, 200]),
+        "column curve.arc_deg: is 0 .. 200 deg, which leaves out angles of curve.angle_deg",
     ),
     "provenance": (GOOD | {"provenance": "me"}, "column provenance: is 'me', a JSON object was expected"),
     "provenance NaN": (

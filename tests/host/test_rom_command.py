@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from arcref import __version__
+from arcref.calibration.fits.fit_names import FIT_NAMES, fit_curve
+from arcref.correction_rom import CorrectionRom
 from arcref.error_curve import ErrorCurve
 from arcref.radial_basis_network import RadialBasisNetwork
 from arcref.rom_identity import decode_identity
 from arcref.rom_image import load_rom
+from arcref.rom_provenance import fit_from_provenance
 
 CALIBRATION = {
     "format": "arcref-calibration",
@@ -118,10 +121,10 @@ def test_calibration_with_uncertainty_and_subdivision(tmp_path, arcref):
     within_line = write_json(tmp_path / "within.json", SUBDIVISION)
     result = arcref("rom", calibration, "--subdivision", within_line, "-o", tmp_path / "x.rom.json")
     assert result.exit_code == 0, result.stderr
-    assert "0.52 arcsec (k=2)" in result.stdout
+    assert "0.528 arcsec (k=2)" in result.stdout  # 0.52 at the worst face, and rounding to a count
     rom = load_rom(tmp_path / "x.rom.json")
     assert rom.provenance["encoder_serial"] == "AR-7"
-    assert rom.provenance["expanded_uncertainty_arcsec"] == 0.52
+    assert rom.provenance["expanded_uncertainty_arcsec"] == 0.528
     assert [record["kind"] for record in rom.provenance["inputs"]] == ["polygon", "subdivision"]
     within = rom.subdivision_table / 16 * 1296000 / 2**23
     phase = np.radians((np.arange(512) + 0.5) * 360 / 512)
@@ -188,9 +191,95 @@ def test_output_in_a_missing_folder(tmp_path, arcref, polygon):
     output = tmp_path / "none" / "x.rom.json"
     result = arcref("rom", polygon, "-o", output)
     assert result.exit_code == 2
-    assert result.stderr == f"arcref: {output}: cannot be written: No such file or directory\n"
+    assert result.stderr == f"arcref: {output}: its folder does not exist\n"
 
 
 def test_a_file_name_with_brackets_is_shown_as_it_is(tmp_path, arcref, examples):
     path = shutil.copy(examples / "polygon_before_correction.csv", tmp_path / "[red]run.csv")
     assert "[red]run.csv" in arcref("rom", path, "-o", tmp_path / "x.rom.json").stdout.replace("\n", "")
+
+
+@pytest.mark.parametrize("name", FIT_NAMES)
+def test_every_fit_makes_a_rom_that_its_provenance_makes_again(tmp_path, arcref, polygon, table_1, name):
+    result = arcref("rom", polygon, "--fit", name, "-o", tmp_path / "x.rom.json", "--plot", tmp_path / "x.svg")
+    assert (result.exit_code, result.stderr) == (0, "")
+    image = load_rom(tmp_path / "x.rom.json")
+    method = image.provenance["method"]
+    fit = fit_curve(table_1, name)
+    assert method["fit"] == name
+    assert method["name"] == fit.title
+    assert fit.title in " ".join(result.stdout.split())
+    assert {key: method[key] for key in fit.parameters} == fit.parameters
+    again = CorrectionRom.from_fit(fit_from_provenance(table_1, image.provenance).evaluate)
+    assert np.array_equal(again.line_table, image.line_table)
+
+
+def test_a_provenance_before_there_were_several_fits_means_the_network(table_1):
+    fit = fit_from_provenance(table_1, {"method": {"name": "wrapped RBF network", "spread_deg": 12.5, "ridge": 0.1}})
+    assert (fit.name, fit.parameters) == ("rbf", {"spread_deg": 12.5, "ridge": 0.1})
+    for method in (None, "text", {}, {"spread_deg": True, "ridge": "0"}):
+        assert fit_from_provenance(table_1, {"method": method}).parameters == {"spread_deg": 15, "ridge": 0}
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--fit", "spline", "--spread", "15"], "--spread belongs to --fit rbf, --fit spline was chosen"),
+        (["--order", "3"], "--order belongs to --fit fourier, --fit rbf was chosen"),
+        (["--fit", "fourier", "--ridge", "0"], "--ridge belongs to --fit rbf, --fit fourier was chosen"),
+        (["--fit", "fourier", "--order", "12"], "a Fourier series of order 12 was asked for, 24 faces carry order 0"),
+        (["--fit", "fourier", "--order", "-1"], "a Fourier series of order -1 was asked for, 24 faces carry order 0"),
+    ],
+)
+def test_options_of_another_fit(tmp_path, arcref, polygon, options, message):
+    result = arcref("rom", polygon, "-o", tmp_path / "x.rom.json", *options)
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"arcref: {message}")
+    assert result.stderr.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["polygon.csv"]
+
+
+def theodolite(tmp_path, first_deg, last_deg):
+    """A calibration over an arc, error 2 arcsec at its start and 4 at its end."""
+    angle = np.arange(first_deg, last_deg + 1.0)
+    curve = {
+        "angle_deg": angle.tolist(),
+        "error_arcsec": (2 + 2 * (angle - first_deg) / (last_deg - first_deg)).tolist(),
+        "u_arcsec": [0.3] * angle.size,
+        "arc_deg": [first_deg, last_deg],
+    }
+    return write_json(tmp_path / "arc.json", CALIBRATION | {"kind": "theodolite", "curve": curve})
+
+
+@pytest.mark.parametrize("name", FIT_NAMES)
+@pytest.mark.parametrize(("first_deg", "last_deg"), [(0.0, 40.0), (-20.0, 20.0), (340.0, 380.0)])
+def test_outside_an_arc_the_table_is_0_and_the_edge_is_said(tmp_path, arcref, first_deg, last_deg, name):
+    calibration = theodolite(tmp_path, first_deg, last_deg)
+    result = arcref("rom", calibration, "--fit", name, "-o", tmp_path / "x.rom.json", "--json", tmp_path / "j")
+    assert (result.exit_code, result.stderr) == (0, "")
+    image = load_rom(tmp_path / "x.rom.json")
+    middle_deg = (np.arange(4096) + 0.5) * 360 / 4096
+    along = (middle_deg - first_deg) % 360
+    inside = along <= last_deg - first_deg
+    assert not image.line_table[~inside].any()
+    error_counts = (2 + 2 * along / (last_deg - first_deg)) * 2**23 / 1296000
+    assert np.abs(image.line_table[inside] / 16 - error_counts[inside]).max() < (3 if name == "gaussian-process" else 1)
+    method = image.provenance["method"]
+    assert method["arc_deg"] == [first_deg, last_deg]
+    assert method["outside_the_arc"] == "not measured, the table is 0"
+    first, last = method["corrected_lines"]
+    lines = np.arange(first, last + 1 if last >= first else last + 4097) % 4096
+    assert set(lines) == set(np.flatnonzero(inside))
+    text = " ".join(result.stdout.split())
+    assert f"{first_deg:g} .. {last_deg:g} deg, the table is 0 outside" in text
+    assert f"grating lines {first} .. {last}" in text
+    assert "at the edges the corrected angle steps" in text
+    assert "nothing was measured in the" not in text
+    figures = json.loads((tmp_path / "j").read_text())
+    before, after = (image.correct(line * 2048 - 1) + 1 for line in (first, last + 1))
+    assert figures["step_at_first_edge_arcsec"] == pytest.approx(
+        (image.correct(first * 2048) - before) * 1296000 / 2**23, abs=0.1
+    )
+    assert figures["step_at_last_edge_arcsec"] == pytest.approx(
+        (image.correct((last + 1) * 2048) - after) * 1296000 / 2**23, abs=0.1
+    )

@@ -122,9 +122,9 @@ def aliasing_section(fit: FittedCurve, reading_deg=None) -> ReportSection:
         strongest = int(found.order[np.argmax(found.power_arcsec2)])
         paragraphs.append(
             "Chance in noise: that of so large a share at an order named beforehand, were the errors of the faces "
-            f"independent. The largest order of this curve is {strongest}; the chance of so large a largest one (Fisher's "
-            f"g test) is {fisher_g_p(found):.2g}. A small chance says that there is a wave of that order, not where it "
-            "comes from."
+            f"independent. The largest order of this curve is {strongest}; the chance of so large a largest one "
+            f"(Fisher's g test) is {fisher_g_p(found):.2g}. A small chance says that there is a wave of that order, "
+            "not where it comes from."
         )
     if any(alias.seen_order for alias in seen):
         paragraphs.append(

@@ -9,8 +9,8 @@ import numpy as np
 from arcref import __version__
 from arcref.atomic_file import write_files
 from arcref.input_error import InputError
+from arcref.output_files import check_outputs
 from arcref_sim.metrology.run_file_text import run_file_text
-from arcref_sim.output_files import check_outputs
 
 FORMAT, VERSION = "arcref-simulated-truth", 1
 

@@ -86,7 +86,7 @@ def _learn(curve: ErrorCurve, noise_arcsec2: np.ndarray | None) -> tuple[float, 
         kernel, noise = kernel + WhiteKernel(0.05, (_NOISE_FLOOR, 1.0)), 1e-10
     else:
         noise = np.maximum(noise_arcsec2 / scale**2, _NOISE_FLOOR)
-    process = GaussianProcessRegressor(kernel, alpha=noise, n_restarts_optimizer=4, random_state=0)
+    process = GaussianProcessRegressor(kernel, alpha=noise, n_restarts_optimizer=2, random_state=0)
     with warnings.catch_warnings():
         # A bound is an answer here: the shortest length says that faces know nothing of their neighbours.
         warnings.simplefilter("ignore", ConvergenceWarning)
@@ -96,7 +96,8 @@ def _learn(curve: ErrorCurve, noise_arcsec2: np.ndarray | None) -> tuple[float, 
     half_deg = np.degrees(2 * np.arcsin(min(1.0, learnt[f"{prefix}k2__length_scale"] * np.sqrt(np.log(2) / 2))))
     signal = scale * np.sqrt(learnt[f"{prefix}k1__constant_value"])
     learnt_noise = scale * np.sqrt(learnt["k2__noise_level"]) if noise_arcsec2 is None else 0.0
-    return float(half_deg), float(signal), float(learnt_noise)
+    # Rounded, so that a provenance can name them whole: the fit made again from it is the same.
+    return tuple(float(f"{value:.4g}") for value in (half_deg, signal, learnt_noise))
 
 
 def _length(half_distance_deg: float) -> float:

@@ -7,7 +7,7 @@ from arcref.error_curve import ErrorCurve
 
 
 class SplineFit(FittedCurve):
-    """The interpolating cubic spline of SciPy: periodic over the turn; over an arc natural, without curvature at its ends."""
+    """The interpolating cubic spline of SciPy: periodic over the turn; over an arc natural, ends without curvature."""
 
     name = "spline"
 
