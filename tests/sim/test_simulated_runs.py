@@ -173,6 +173,21 @@ def test_a_closure_run_is_the_sum_of_faces_mountings_and_encoder():
         assert abs(mounting.mean()) < 150
 
 
+def test_further_rounds_are_mounted_and_set_anew():
+    conditions = ClosureConditions((1, 2, 5), 30.0, rounds=2)
+    readings = simulate_closure(ENCODER, polygon(12), Autocollimator(), conditions, np.random.default_rng(2))
+    assert readings.round.tolist() == [1] * 36 + [2] * 36
+    assert np.array_equal(readings.setting[:36], readings.setting[36:])
+    assert "round" in readings.columns()
+    first, second = (readings.autocollimator_x_arcsec[rows].mean() for rows in (slice(0, 12), slice(36, 48)))
+    assert abs(first - second) > 3
+    arc = simulate_theodolite(ENCODER, TheodoliteConditions(rounds=2), np.random.default_rng(2))
+    assert arc.round.tolist() == [1] * 41 + [2] * 41
+    apart = (arc.azimuth_deg[41:] - arc.azimuth_deg[:41] - (arc.true_deg[41:] - arc.true_deg[:41])) * 3600
+    assert np.ptp(apart) < 0.01
+    assert abs(apart.mean()) > 3
+
+
 def test_a_closure_run_loses_the_readings_asked_for():
     conditions = ClosureConditions((1, 2, 3), 30.0, missing=7)
     readings = simulate_closure(ENCODER, polygon(12), Autocollimator(), conditions, np.random.default_rng(2))

@@ -41,6 +41,14 @@ from arcref_sim.metrology.simulated_polygon import Autocollimator
     metavar="DEG",
     help="Turn of the polygon from one setting to the next.  [default: the face spacing]",
 )
+@click.option(
+    "--rounds",
+    type=Quantity("", 1, 100, whole=True),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="How often all settings are made, the polygon mounted anew each time.",
+)
 @click.option("--start", type=ANGLE_DEG, default=0.0, metavar="DEG", help="Encoder reading at face 1 of setting 1.")
 @click.option(
     "--noise", type=ARCSEC, default=0.1, show_default=True, metavar="ARCSEC", help="Of one x reading (standard)."
@@ -83,7 +91,7 @@ def closure(output, truth, seed, **options):
     check_run_outputs(output, truth, [options["curve"]])
     faces, missing = options["faces"], options["missing"]
     settings = options["settings"] or tuple(range(1, faces + 1))
-    readings_whole = faces * len(settings)
+    readings_whole = faces * len(settings) * options["rounds"]
     if missing > readings_whole // 2:
         raise InputError(f"--missing is {missing}, at most half of the {readings_whole} readings may be left out")
     encoder_names = ("harmonics", "line_harmonics", "curve", "hysteresis", "hysteresis_variation")
@@ -99,6 +107,7 @@ def closure(output, truth, seed, **options):
         tilt_arcsec=options["tilt"],
         drift_arcsec=options["drift"],
         missing=missing,
+        rounds=options["rounds"],
     )
     readings = simulate_closure(encoder, polygon, autocollimator, conditions, random_stream(seed, 2))
     metadata = {

@@ -74,6 +74,14 @@ LARGEST_RUN = 100_000
     help="How closely the shaft is stopped.",
 )
 @click.option("--drift", type=SIGNED_ARCSEC, default=0.0, metavar="ARCSEC", help="Of the azimuth, over the run.")
+@click.option(
+    "--rounds",
+    type=Quantity("", 1, 1000, whole=True),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="How often the arc is gone through.",
+)
 @click.option("--missing", type=Quantity("", 0, 1000000, whole=True), default=0, metavar="N", help="Readings left out.")
 def theodolite(output, truth, seed, **options):
     """Write a theodolite run of known truth over an arc.
@@ -97,6 +105,7 @@ def theodolite(output, truth, seed, **options):
         zenith_index_arcsec=options["zenith_index"],
         drift_arcsec=options["drift"],
         missing=options["missing"],
+        rounds=options["rounds"],
     )
     _check_arc(conditions)
     encoder_names = ("harmonics", "line_harmonics", "curve", "hysteresis", "hysteresis_variation")
@@ -129,7 +138,7 @@ def _check_arc(conditions: TheodoliteConditions) -> None:
             f"--first {conditions.first_deg:g} and --last {conditions.last_deg:g} make an arc of {arc_deg:g} deg, "
             f"one step ({conditions.step_deg:g} deg) up to less than 360 deg was expected"
         )
-    readings = conditions.angles_deg.size
+    readings = conditions.angles_deg.size * conditions.rounds
     if readings > LARGEST_RUN:
         raise InputError(
             f"--step {conditions.step_deg:g} makes {readings} readings, at most {LARGEST_RUN} were expected"

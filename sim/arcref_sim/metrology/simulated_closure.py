@@ -22,7 +22,8 @@ class ClosureConditions:
     `settings`: numbers of the settings, from 1, setting k turned by (k - 1) `setting_step_deg` on the encoder;
     `mounting_scatter_arcsec`: how closely each is mounted at its angle; `tilt_arcsec`: tower tilt of each mounting,
     its azimuth at random; `setting_scatter_arcsec`, `start_deg` and `missing` as in a polygon run;
-    `drift_arcsec`: by how much x drifts while one setting is read.
+    `drift_arcsec`: by how much x drifts while one setting is read; `rounds`: how often all settings are gone through,
+    the polygon mounted anew each time.
     """
 
     settings: tuple[int, ...]
@@ -33,12 +34,14 @@ class ClosureConditions:
     tilt_arcsec: float = 0.0
     drift_arcsec: float = 0.0
     missing: int = 0
+    rounds: int = 1
 
 
 @dataclass(frozen=True)
 class ClosureReadings:
-    """The rows of a run, all [rows]: `setting` and `face` from 1; `count`: what the encoder shows, turns kept."""
+    """The rows of a run, all [rows]: `round`, `setting`, `face` from 1; `count`: what the encoder shows, turns kept."""
 
+    round: np.ndarray
     setting: np.ndarray
     face: np.ndarray
     count: np.ndarray
@@ -51,8 +54,9 @@ class ClosureReadings:
         return counts_to_deg(self.count)
 
     def columns(self) -> dict[str, np.ndarray]:
-        """The columns of the run file, in its order."""
+        """The columns of the run file, in its order; `round` only when there is more than one."""
         names = ("setting", "face", "position_deg", "autocollimator_x_arcsec")
+        names += ("round",) if np.any(self.round > 1) else ()
         return {name: getattr(self, name) for name in names}
 
 
@@ -64,7 +68,7 @@ def simulate_closure(
     rng: np.random.Generator,
 ) -> ClosureReadings:
     """The readings of a run; x is the only direction that is written down."""
-    numbers = np.array(conditions.settings)
+    numbers = np.tile(conditions.settings, conditions.rounds)
     mounting_deg = conditions.mounting_scatter_arcsec / 3600.0 * rng.standard_normal(numbers.size)
     tilt_azimuth_deg = rng.uniform(0.0, 360.0, numbers.size)
     index, face = (part.ravel() for part in np.indices((numbers.size, polygon.faces)))
@@ -80,6 +84,7 @@ def simulate_closure(
     lost = rng.choice(index.size, conditions.missing, replace=False)
     kept = np.setdiff1d(np.arange(index.size), lost)
     rows = {
+        "round": index // len(conditions.settings) + 1,
         "setting": numbers[index],
         "face": face + 1,
         "count": encoder.count(true_deg, direction=1),

@@ -22,7 +22,8 @@ class TheodoliteConditions:
     the printed equations' sense; `omega_deg`: elevation of the mirror's normal at the start.
     `azimuth_zero_deg`: what the theodolite's circle reads at the start; `zenith_index_arcsec`: its zenith reading less
     the true one; `drift_arcsec`: by how much the azimuth drifts over the run; `missing`: readings left out, never the
-    first.
+    first; `rounds`: how often the arc is gone through, each from its first angle on, the circle set within
+    `circle_scatter_arcsec`.
     """
 
     alpha_deg: float = 0.0
@@ -39,6 +40,8 @@ class TheodoliteConditions:
     zenith_index_arcsec: float = 0.0
     drift_arcsec: float = 0.0
     missing: int = 0
+    rounds: int = 1
+    circle_scatter_arcsec: float = 60.0
 
     @property
     def angles_deg(self) -> np.ndarray:
@@ -49,8 +52,9 @@ class TheodoliteConditions:
 
 @dataclass(frozen=True)
 class TheodoliteReadings:
-    """The rows of a run, all [rows]: `count`: what the encoder shows; `azimuth_deg`, `zenith_deg`: the theodolite."""
+    """The rows of a run, all [rows]: `round` from 1; `count` of the encoder; what the theodolite reads."""
 
+    round: np.ndarray
     count: np.ndarray
     azimuth_deg: np.ndarray
     zenith_deg: np.ndarray
@@ -62,8 +66,9 @@ class TheodoliteReadings:
         return counts_to_deg(self.count)
 
     def columns(self) -> dict[str, np.ndarray]:
-        """The columns of the run file, in its order."""
-        return {name: getattr(self, name) for name in ("reading_deg", "azimuth_deg", "zenith_deg")}
+        """The columns of the run file, in its order; `round` only when there is more than one."""
+        names = ("reading_deg", "azimuth_deg", "zenith_deg") + (("round",) if np.any(self.round > 1) else ())
+        return {name: getattr(self, name) for name in names}
 
 
 def simulate_theodolite(
@@ -71,19 +76,23 @@ def simulate_theodolite(
 ) -> TheodoliteReadings:
     """The readings of a run, the encoder turning clockwise as it counts up."""
     c = conditions
-    stopped_deg = c.start_deg + c.angles_deg
+    readings = c.angles_deg.size
+    round_number = np.repeat(np.arange(c.rounds), readings)
+    stopped_deg = c.start_deg + np.tile(c.angles_deg, c.rounds)
     stopped_deg = stopped_deg + c.setting_scatter_arcsec / 3600.0 * rng.standard_normal(stopped_deg.size)
     true_deg = encoder.true_deg(stopped_deg, direction=1)
     rotation_deg = true_deg - float(encoder.true_deg(c.start_deg))
     azimuth_deg, elevation_deg = mirror_direction(rotation_deg, c.alpha_deg, c.delta_deg, c.omega_deg)
     azimuth_noise, zenith_noise = rng.standard_normal((2, true_deg.size)) / 3600.0
     drift_deg = c.drift_arcsec / 3600.0 * np.linspace(0.0, 1.0, true_deg.size)
-    azimuth_deg = c.azimuth_zero_deg + azimuth_deg + drift_deg + c.azimuth_noise_arcsec * azimuth_noise
+    circle_deg = c.circle_scatter_arcsec / 3600.0 * np.append(0.0, rng.standard_normal(c.rounds - 1))
+    azimuth_deg = azimuth_deg + c.azimuth_zero_deg + circle_deg[round_number] + drift_deg
+    azimuth_deg = azimuth_deg + c.azimuth_noise_arcsec * azimuth_noise
     zenith_deg = 90.0 + elevation_deg + c.zenith_index_arcsec / 3600.0 + c.zenith_noise_arcsec * zenith_noise
     lost = rng.choice(np.arange(1, true_deg.size), c.missing, replace=False)
     kept = np.setdiff1d(np.arange(true_deg.size), lost)
-    count = encoder.count(true_deg, direction=1)
-    return TheodoliteReadings(count[kept], azimuth_deg[kept], zenith_deg[kept], true_deg[kept])
+    rows = (round_number + 1, encoder.count(true_deg, direction=1), azimuth_deg, zenith_deg, true_deg)
+    return TheodoliteReadings(*(values[kept] for values in rows))
 
 
 def mirror_direction(rotation_deg, alpha_deg: float, delta_deg: float, omega_deg: float):
