@@ -1,5 +1,7 @@
 """`arcref calibrate closure`: encoder and polygon calibrated together, and the plan of such a run."""
 
+from pathlib import Path
+
 import click
 import numpy as np
 from rich.console import Console
@@ -7,10 +9,13 @@ from rich.table import Table
 from rich.text import Text
 
 from arcref.calibration.calibration_output import OutputOptions, calibration_options, finish_calibration
+from arcref.calibration.calibration_result import CalibrationResult
 from arcref.calibration.closure_plan import ClosurePlan, plan_sentences
 from arcref.calibration.closure_result import closure_result
-from arcref.calibration.closure_run import read_closure_run
+from arcref.calibration.closure_run import SETTING, read_closure_run
+from arcref.calibration.fit_options import FitOptions, second_curve
 from arcref.input_error import InputError
+from arcref.input_file import read_input_file
 
 _BAR = 30
 
@@ -48,13 +53,16 @@ def closure(run, output, report, json_path, csv_path, as_left, verify, fit, comp
     options = OutputOptions(run, output, report, json_path, csv_path, as_left, verify, fit, compare)
     options.check()
     wanted = None if sign is None else int(sign)
-    second = closure_result(read_closure_run(verify, wanted), fit).curve if verify else None
-    results = [
-        closure_result(read_closure_run(path, wanted), fit, compare=compare or verify is not None, second=second)
-        for path in (run, as_left)
-        if path is not None
-    ]
-    finish_calibration(results[0], options, *results[1:])
+
+    def calibrated(path: Path, fit_options: FitOptions) -> CalibrationResult:
+        return closure_result(read_closure_run(path, wanted), fit_options)
+
+    second = second_curve(verify, SETTING, lambda path: calibrated(path, FitOptions(fit, plots=False)).curve)
+    result = calibrated(run, FitOptions(fit, compare, second, report is not None))
+    if verify is not None:
+        result.provenance["verified_with"] = read_input_file(verify).record
+    left = None if as_left is None else calibrated(as_left, FitOptions(fit, compare, None, report is not None))
+    finish_calibration(result, options, left)
 
 
 def print_plan(plan: ClosurePlan) -> None:

@@ -96,9 +96,11 @@ def plan_sentences(design: SettingsDesign) -> tuple[str, ...]:
     weak = tuple(int(order) for order in design.orders[factor > WEAK])
     if weak:
         worst = int(design.orders[int(np.argmax(factor))])
+        largest = f"{factor.max():.2f} times the noise of a whole set"
         sentences.append(
-            f"Weak: order{_plural(weak)} {_listed(weak)} with more than {WEAK:g} times the noise of a whole set, "
-            f"order {worst} with {factor.max():.2f} times."
+            f"Weak: order {worst} with {largest}."
+            if len(weak) == 1
+            else f"Weak: orders {_listed(weak)} with more than {WEAK:g} times, order {worst} with {largest}."
         )
     sentences.append(
         f"An error of the encoder of order higher than {design.orders[-1]} looks like one of these, whatever the "

@@ -14,9 +14,9 @@ from arcref.calibration.closure_plan import WEAK
 from arcref.calibration.closure_run import ClosureRun, X
 from arcref.calibration.closure_sections import closure_sections, outlier_rows, reading_name
 from arcref.calibration.closure_solution import FALSE_ALARM, ClosureSolution, solve_closure
-from arcref.calibration.fit_comparison import compare_fits
-from arcref.calibration.fit_sections import aliasing_section, aliasing_warning, comparison_section, fit_section
-from arcref.calibration.fits.fit_names import DEFAULT_FIT, fit_curve
+from arcref.calibration.fit_options import FitOptions, fit_report
+from arcref.calibration.fit_sections import aliasing_warning
+from arcref.calibration.fits.fit_names import fit_curve
 from arcref.calibration.metadata_keys import stated_number
 from arcref.error_curve import ErrorCurve
 
@@ -30,36 +30,28 @@ _SAME_PLACE_ARCSEC = 79.0
 _DIGITS = 6
 
 
-def closure_result(
-    run: ClosureRun, fit_name: str = DEFAULT_FIT, compare: bool = False, second: ErrorCurve | None = None
-) -> CalibrationResult:
-    """Solve and judge a run; with `compare` the fit's rivals stand beside it, and what each leaves of a `second` run.
-
-    Raises `InputError` for readings that no such set-up gives, see `closure_mistakes`.
-    """
+def closure_result(run: ClosureRun, options: FitOptions = FitOptions()) -> CalibrationResult:
+    """Solve and judge a run. Raises `InputError` for readings that no such set-up gives, see `closure_mistakes`."""
     solution = solve_closure(run.design, run.reading_arcsec())
     _refuse_mistakes(run, solution)
     curve = _curve(run, solution)
-    fitted = fit_curve(curve, fit_name)
+    fitted = fit_curve(curve, options.fit)
     budget = closure_budget(run, solution, fitted)
     readings_deg = _readings_deg(run)
     face_u = face_u_arcsec(run, solution)
-    sections = closure_sections(run, solution, face_u)
-    sections += (fit_section(fitted), aliasing_section(fitted, readings_deg))
-    if compare:
-        sections += (comparison_section(compare_fits(fitted, second)),)
-    warnings = _warnings(run, fitted, readings_deg)
+    fit_results, fit_sections = fit_report(fitted, options, readings_deg)
+    results = _results(run, solution, face_u) | fit_results | {"expanded_uncertainty_arcsec": budget.expanded_arcsec}
     return CalibrationResult(
         kind="closure",
         run=run.run,
         curve=curve,
-        results=_results(run, solution, face_u),
+        results=results,
         budget=budget,
-        method=_method(run, solution),
+        method=_method(run),
         figures=_figures(run, solution, curve, budget, face_u),
         checks=_checks(run, solution),
-        warnings=warnings,
-        sections=sections,
+        warnings=_warnings(run, fitted, readings_deg),
+        sections=closure_sections(run, solution, face_u, options.plots) + fit_sections,
         not_checked=_not_checked(run),
         provenance=curve.provenance,
         fitted=fitted,
@@ -190,7 +182,7 @@ def _warnings(run: ClosureRun, fitted, readings_deg: np.ndarray) -> tuple[str, .
     return (*warnings, aliased) if aliased else tuple(warnings)
 
 
-def _method(run: ClosureRun, solution: ClosureSolution) -> tuple[str, ...]:
+def _method(run: ClosureRun) -> tuple[str, ...]:
     x = "added to" if run.sign > 0 else "subtracted from"
     solved = (
         f"The polygon of {run.faces} faces was set at {run.settings} positions on the encoder, "

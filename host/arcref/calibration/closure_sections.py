@@ -12,13 +12,13 @@ WORST_SHOWN = 8
 
 
 def closure_sections(
-    run: ClosureRun, solution: ClosureSolution, face_u_arcsec: np.ndarray | None
+    run: ClosureRun, solution: ClosureSolution, face_u_arcsec: np.ndarray | None, plots: bool = True
 ) -> tuple[ReportSection, ...]:
-    """The sections in the order of the report."""
+    """The sections in the order of the report, with their plots unless nobody will look."""
     return (
-        _faces_section(run, solution, face_u_arcsec),
-        _orders_section(run),
-        _residuals_section(run, solution),
+        _faces_section(run, solution, face_u_arcsec, plots),
+        _orders_section(run, plots),
+        _residuals_section(run, solution, plots),
     )
 
 
@@ -35,7 +35,9 @@ def reading_name(run: ClosureRun, index: int) -> str:
     return name + (f", round {run.round[index]})" if run.rounds > 1 else ")")
 
 
-def _faces_section(run: ClosureRun, solution: ClosureSolution, u_arcsec: np.ndarray | None) -> ReportSection:
+def _faces_section(
+    run: ClosureRun, solution: ClosureSolution, u_arcsec: np.ndarray | None, plots: bool
+) -> ReportSection:
     deviation = solution.face_deviation_arcsec
     readings = np.bincount(run.design.face)
     from_first = deviation - deviation[0]
@@ -64,11 +66,11 @@ def _faces_section(run: ClosureRun, solution: ClosureSolution, u_arcsec: np.ndar
         "U (k=2) / arcsec",
         "readings",
     )
-    plot = faces_plot(run, deviation, u_arcsec)
-    return ReportSection("Faces of the polygon", tuple(paragraphs), columns, rows, (plot,))
+    drawn = (faces_plot(run, deviation, u_arcsec),) if plots else ()
+    return ReportSection("Faces of the polygon", tuple(paragraphs), columns, rows, drawn)
 
 
-def _orders_section(run: ClosureRun) -> ReportSection:
+def _orders_section(run: ClosureRun, plots: bool) -> ReportSection:
     design = run.design
     rows = tuple(
         (str(order), "lost" if np.isnan(factor) else f"{factor:.3f}")
@@ -78,16 +80,12 @@ def _orders_section(run: ClosureRun) -> ReportSection:
         "Noise of each order of the encoder's error, against as many readings of the encoder with all faces known: "
         "1 is what a whole set gives."
     )
-    return ReportSection(
-        "What the settings separate",
-        (*plan_sentences(design), meaning),
-        ("order", "noise"),
-        rows,
-        (orders_plot(design),),
-    )
+    paragraphs = (*plan_sentences(design), meaning)
+    drawn = (orders_plot(design),) if plots else ()
+    return ReportSection("What the settings separate", paragraphs, ("order", "noise"), rows, drawn)
 
 
-def _residuals_section(run: ClosureRun, solution: ClosureSolution) -> ReportSection:
+def _residuals_section(run: ClosureRun, solution: ClosureSolution, plots: bool) -> ReportSection:
     studentized = solution.studentized_residual
     worst = np.argsort(-np.abs(studentized), kind="stable")[:WORST_SHOWN]
     outlier = np.abs(studentized) > solution.outlier_limit
@@ -110,5 +108,5 @@ def _residuals_section(run: ClosureRun, solution: ClosureSolution) -> ReportSect
         text = "No readings are left over to check the others."
         rows = ()
     columns = ("reading", "residual / arcsec", "in standard deviations", "")
-    plot = residuals_plot(run, solution.residual_arcsec, outlier)
-    return ReportSection("Residuals of the readings", (text,), columns if rows else (), rows, (plot,))
+    drawn = (residuals_plot(run, solution.residual_arcsec, outlier),) if plots else ()
+    return ReportSection("Residuals of the readings", (text,), columns if rows else (), rows, drawn)
