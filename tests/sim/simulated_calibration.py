@@ -49,6 +49,11 @@ class SimulatedCalibration:
         terms = zip(ORDERS, amplitudes.tolist(), phases.tolist(), strict=True)
         return KnownEncoder(tuple(Harmonic(*term) for term in terms))
 
+    @property
+    def tilt_azimuth_deg(self) -> float:
+        """Where the tilt leans to."""
+        return float(np.random.default_rng([self.seed, 12]).uniform(0, 360))
+
     def readings(self) -> PolygonReadings:
         """The run as the operator took it."""
         rng = np.random.default_rng([self.seed, 11])
@@ -62,7 +67,7 @@ class SimulatedCalibration:
             rounds=self.rounds,
             backward=self.backward,
             tilt_arcsec=self.tilt_arcsec,
-            tilt_azimuth_deg=float(rng.uniform(0, 360)),
+            tilt_azimuth_deg=self.tilt_azimuth_deg,
             **self.conditions,
         )
         autocollimator = Autocollimator(self.noise_arcsec, self.noise_arcsec, sign=self.sign)
