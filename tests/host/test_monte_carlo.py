@@ -13,15 +13,27 @@ from arcref.error_curve import ErrorCurve
 CONFIGURATIONS = {
     "24 faces, 4 rounds, tilt": {"psi_arcsec": 300.0, "metadata": STATED},
     "both directions, drift and return error": {
-        "psi_arcsec": 300.0, "directions": (1, -1), "return_arcsec": 0.3, "drift_arcsec": 0.5, "metadata": STATED
+        "psi_arcsec": 300.0,
+        "directions": (1, -1),
+        "return_arcsec": 0.3,
+        "drift_arcsec": 0.5,
+        "metadata": STATED,
     },
     "8 faces, tilt below a limit": {"faces": 8, "rounds": 2, "metadata": (*STATED, ("tilt_limit_arcsec", 200))},
     "36 faces, one round": {"faces": 36, "rounds": 1, "metadata": (*STATED, ("u_repeatability_arcsec", 0.2))},
     "72 faces, large tilt and roll": {
-        "faces": 72, "rounds": 2, "psi_arcsec": 1369.0, "noise_arcsec": 0.05, "metadata": (("u_autocollimator_roll_arcmin", 2),)
+        "faces": 72,
+        "rounds": 2,
+        "psi_arcsec": 1369.0,
+        "noise_arcsec": 0.05,
+        "metadata": (("u_autocollimator_roll_arcmin", 2),),
     },
     "7 faces, little stated": {"faces": 7, "rounds": 2},
-    "17 faces, error within the line alone": {"faces": 17, "noise_arcsec": 0.01, "metadata": (("u_interpolation_arcsec", 0.3),)},
+    "17 faces, error within the line alone": {
+        "faces": 17,
+        "noise_arcsec": 0.01,
+        "metadata": (("u_interpolation_arcsec", 0.3),),
+    },
     "12 faces, flatness and temperature": {
         "faces": 12,
         "metadata": (
@@ -32,7 +44,7 @@ CONFIGURATIONS = {
         ),
     },
     "no certificate": {"certificate": False, "metadata": STATED},
-}  # fmt: skip
+}
 
 
 def calibrated(path, fit="rbf", **made):

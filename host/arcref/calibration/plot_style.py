@@ -52,6 +52,11 @@ def svg(figure, name: str) -> str:
     head = re.sub(r' (width|height|xmlns:xlink)="[^"]*"', "", head)
     rest = rest.replace("xlink:href=", "href=")
     used = set(re.findall(r'(?:url\(|href=")#([^")]+)', rest))
-    rest = re.sub(r' id="([^"]*)"', lambda found: f' id="{name}-{found[1]}"' if found[1] in used else "", rest)
-    rest = re.sub(r'(url\(|href=")#', rf"\g<1>#{name}-", rest)
-    return f'{head} role="img">{rest}'
+    rest = re.sub(r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", rest)
+    return with_own_ids(f'{head} role="img">{rest}', name)
+
+
+def with_own_ids(svg_text: str, name: str) -> str:
+    """The SVG with `name` before each id and each reference to one, for a page that holds the same plot of two runs."""
+    svg_text = re.sub(r' id="', f' id="{name}-', svg_text)
+    return re.sub(r'(url\(|href=")#', rf"\g<1>#{name}-", svg_text)

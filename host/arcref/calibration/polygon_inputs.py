@@ -60,7 +60,7 @@ class PolygonInputs:
         """The inputs of a reduced run. Raises `InputError` for stated numbers that cannot be."""
         run, series = reduction.run, reduction.run.series
         order = series.reading_of_face
-        repeatability, freedom, kind = reduction.repeatability_arcsec, float(reduction.degrees_of_freedom), "A"
+        repeatability, freedom, kind = float(reduction.repeatability_arcsec), float(reduction.degrees_of_freedom), "A"
         if not np.isfinite(repeatability):
             repeatability, freedom, kind = stated_number(run.run, "u_repeatability_arcsec"), np.inf, "B"
         error = unreferenced_errors(

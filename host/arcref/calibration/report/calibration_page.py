@@ -8,6 +8,7 @@ from markupsafe import Markup
 
 from arcref.calibration.calibration_result import CalibrationResult
 from arcref.calibration.metadata_keys import KEYS_BY_NAME
+from arcref.calibration.plot_style import with_own_ids
 from arcref.calibration.report.bar_plots import budget_plot, harmonics_plot
 from arcref.calibration.report.calibration_record import calibration_record
 from arcref.calibration.report.error_plots import error_plot, polar_plot, residual_plot
@@ -45,11 +46,22 @@ def calibration_page(result: CalibrationResult, as_left: CalibrationResult | Non
         error_svg=error_plot(result, as_left),
         polar_svg=polar_plot(result, as_left),
         harmonics_svg=harmonics_plot(record["runs"]),
-        residual_svgs=[residual_plot(each) for each in results],
-        budget_svgs=[budget_plot(run["budget"]) for run in record["runs"]],
-        section_svgs=[[section.plots for section in each.sections] for each in results],
+        residual_svgs=_of_each_run([residual_plot(each) for each in results]),
+        budget_svgs=_of_each_run([budget_plot(run["budget"]) for run in record["runs"]]),
+        section_svgs=[
+            [
+                [with_own_ids(plot, f"run{run}-section{place}") for plot in section.plots]
+                for place, section in enumerate(each.sections)
+            ]
+            for run, each in enumerate(results)
+        ],
         provenance_json=[json.dumps(run["provenance"], indent=2, ensure_ascii=False) for run in record["runs"]],
     )
+
+
+def _of_each_run(plots: list) -> list:
+    """The same plot of each run, None where there is none, without ids in common."""
+    return [plot and with_own_ids(plot, f"run{run}") for run, plot in enumerate(plots)]
 
 
 def _number(record: dict, path: str, digits: int = 3, *, sign: bool = False, factor: float = 1.0, none="–") -> Markup:
