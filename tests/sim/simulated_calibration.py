@@ -23,6 +23,19 @@ WHOLE_AMPLITUDE_ARCSEC = 3.0
 # Prime, so that every place within a count, a grating line and a cell of the tables has its turn.
 _ANGLES = 16381
 
+NAMED = {
+    "sign": "the sign of x seems to be flipped",
+    "arcmin": "x seems to be in minutes of arc",
+    "order": "faces in the wrong order",
+    "skip": "was skipped",
+    "jump": "was skipped",
+    "clockwise": "was it turned clockwise for counter-clockwise?",
+    "certificate-order": "counted clockwise for counter-clockwise",
+    "certificate-shift": "the certificate seems to be 1 face behind",
+    "certificate-slip": "the polygon seems to have jumped one face",
+}
+"""What must be said of each mistake of the operator."""
+
 
 @dataclass(frozen=True)
 class SimulatedCalibration:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from simulated_calibration import SimulatedCalibration, corrected_errors_arcsec, rms
+from simulated_calibration import NAMED, SimulatedCalibration, corrected_errors_arcsec, rms
 
 from arcref.calibration.fits.fit_names import fit_curve
 from arcref.calibration.polygon_budget import polygon_budget
@@ -71,7 +71,7 @@ def test_the_stated_uncertainty_covers_the_truth_under_other_conditions(options,
 @pytest.mark.parametrize("tilt_arcsec", [300.0, 1369.0])
 def test_tilt_is_found_as_closely_as_theory_allows_and_leaves_nothing_in_x(tilt_arcsec, tmp_path):
     """24 faces, one round, 0.1 arcsec: sd(psi) 0.029 arcsec, sd(omega) 0.0055 deg at 300 arcsec, both within 10 %."""
-    # Faces off their nominal angles turn the azimuth as it is counted from them: 2 arcsec are half of sd(omega) at 1369.
+    # Face deviations turn the azimuth as it is counted from the faces: 2 arcsec would be half of sd(omega) at 1369.
     options = {"rounds": 1, "noise_arcsec": 0.1, "tilt_arcsec": tilt_arcsec, "deviation_arcsec": 0.2}
     off, left = [], []
     theta_deg = np.arange(24) * 15.0
@@ -113,20 +113,6 @@ def test_a_clean_run_raises_no_alarm(faces, tmp_path):
             calibration = SimulatedCalibration(seed, faces=faces, **options)
             assert complaint(calibration, tmp_path) == "", (seed, options)
             assert not outliers(calibration.run(tmp_path)), (seed, options)
-
-
-NAMED = {
-    "sign": "the sign of x seems to be flipped",
-    "arcmin": "x seems to be in minutes of arc",
-    "order": "faces in the wrong order",
-    "skip": "was skipped",
-    "jump": "was skipped",
-    "clockwise": "was it turned clockwise for counter-clockwise?",
-    "certificate-order": "counted clockwise for counter-clockwise",
-    "certificate-shift": "the certificate seems to be 1 face behind",
-    "certificate-slip": "the polygon seems to have jumped one face",
-}
-"""What the line about each mistake says."""
 
 
 @pytest.mark.parametrize("faces", FACES)

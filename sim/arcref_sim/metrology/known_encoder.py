@@ -74,6 +74,11 @@ class KnownEncoder:
         """The count that the encoder shows at true angles, turns kept, int64: a count begins at its own reading."""
         return np.floor(self.reading_deg(true_deg, direction) * (COUNTS_PER_TURN / 360.0)).astype(np.int64)
 
+    @property
+    def within_line_amplitude_arcsec(self) -> float:
+        """Sum of the amplitudes of the terms within a grating line: the error there is no larger."""
+        return float(sum(term.amplitude_arcsec for term in self.harmonics if term.order >= LINES_PER_TURN))
+
     def truth(self) -> dict:
         """All there is to know, ready for JSON: the terms, and the error at every degree of the turn."""
         angle_deg = np.arange(360)

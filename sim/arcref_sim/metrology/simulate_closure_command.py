@@ -120,7 +120,11 @@ def closure(output, truth, seed, **options):
         "autocollimator_sign": options["sign"],
         "u_autocollimator_arcsec": 0.0,
         "u_repeatability_arcsec": options["noise"],
+        "u_autocollimator_roll_arcmin": 0.0,
+        "u_eccentric_mounting_arcsec": 0.0,
         "u_temperature_arcsec": 0.0,
+        "tilt_limit_arcsec": options["tilt"],
+        "interpolation_amplitude_arcsec": encoder.within_line_amplitude_arcsec,
     }
     known = {
         "encoder": encoder.truth(),

@@ -183,7 +183,6 @@ def _metadata(seed: int, options: dict, encoder) -> dict[str, object]:
     }
     if options["nothing_stated"]:
         return metadata
-    within_line = sum(term.amplitude_arcsec for term in encoder.harmonics if term.order > 2048)
     return metadata | {
         "u_face_certificate_arcsec": None if options["no_certificate"] else options["certificate_error"],
         "u_autocollimator_arcsec": abs(options["scale_error"]) / 100.0 * options["setting_scatter"],
@@ -191,5 +190,6 @@ def _metadata(seed: int, options: dict, encoder) -> dict[str, object]:
         "eccentricity_mm": options["eccentricity"],
         "u_face_flatness_arcsec_per_mm": options["face_flatness"],
         "u_temperature_arcsec": 0.0,
-        "interpolation_amplitude_arcsec": within_line,
+        "tilt_limit_arcsec": options["tilt"] if options["no_y"] else None,
+        "interpolation_amplitude_arcsec": encoder.within_line_amplitude_arcsec,
     }

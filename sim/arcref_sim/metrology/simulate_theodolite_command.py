@@ -121,6 +121,7 @@ def theodolite(output, truth, seed, **options):
         "u_levelling_arcsec": 0.0,
         "u_collimation_arcsec": 0.0,
         "u_temperature_arcsec": 0.0,
+        "interpolation_amplitude_arcsec": encoder.within_line_amplitude_arcsec,
     }
     known = {
         "encoder": encoder.truth(),
