@@ -13,6 +13,7 @@ from rich.text import Text
 from arcref.angle import ARCSEC_PER_COUNT
 from arcref.atomic_file import write_files
 from arcref.calibration.calibration_result import CalibrationResult
+from arcref.calibration.fit_sections import COMPARISON_TITLE
 from arcref.calibration.fits.fit_names import DEFAULT_FIT, FIT_NAMES
 from arcref.calibration_file import FORMAT, VERSION
 from arcref.input_error import InputError
@@ -143,6 +144,7 @@ def _print(result: CalibrationResult, as_left: CalibrationResult | None, written
         table.add_row(*row)
     console.print(Text(f"Calibration ({result.kind}) from {result.run.path}", "bold"), soft_wrap=True)
     console.print(table)
+    _print_comparison(console, as_left or result)
     for title, each in (("as found: ", result), ("as left: ", as_left)):
         if each is None:
             continue
@@ -159,3 +161,15 @@ def _print(result: CalibrationResult, as_left: CalibrationResult | None, written
         Text(f"Resolution ({ARCSEC_PER_COUNT:.4f} arcsec a count) is not accuracy: of that the budget speaks."),
         soft_wrap=True,
     )
+
+
+def _print_comparison(console: Console, result: CalibrationResult) -> None:
+    """The table of the fits side by side, when they were compared."""
+    for section in result.sections:
+        if section.title == COMPARISON_TITLE:
+            table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), title=f"{section.title} / arcsec")
+            for number, column in enumerate(section.columns):
+                table.add_column(column, justify="right" if number else "left")
+            for row in section.rows:
+                table.add_row(*row)
+            console.print(table)

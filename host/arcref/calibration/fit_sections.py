@@ -17,11 +17,13 @@ LEAVE_ONE_OUT_MEANING = (
     "uncertainty: a face left out leaves a gap twice as wide as any the fit has to bridge."
 )
 
+COMPARISON_TITLE = "Fits side by side"
+
 OFFSETS_SHOWN = 4
 
 
-def fit_section(fit: FittedCurve) -> ReportSection:
-    """The fit that goes into the ROM: what it is, and its figures."""
+def fit_section(fit: FittedCurve, plots: bool = True) -> ReportSection:
+    """The fit that goes into the ROM: what it is, and its figures; `plots` draws it, which takes most of the time."""
     curve = fit.curve
     angle_deg = np.linspace(curve.angle_deg[0], curve.angle_deg[-1], 1441)
     u, between = fit.u_arcsec(angle_deg), fit.interpolation_u_arcsec(angle_deg)
@@ -42,11 +44,11 @@ def fit_section(fit: FittedCurve) -> ReportSection:
     elif curve.gaps_deg.max() > 2 * curve.spacing_deg:
         start = curve.angle_deg[int(np.argmax(curve.gaps_deg))]
         paragraphs.append(f"Caution: nothing was measured in the {curve.gaps_deg.max():g} deg behind {start:g} deg.")
-    return ReportSection("Fit", tuple(paragraphs), ("figure", "value"), tuple(rows), (fit_plot(fit),))
+    return ReportSection("Fit", tuple(paragraphs), ("figure", "value"), tuple(rows), (fit_plot(fit),) if plots else ())
 
 
-def comparison_section(comparison: FitComparison) -> ReportSection:
-    """The fit and its rivals in a table, with the plot."""
+def comparison_section(comparison: FitComparison, plots: bool = True) -> ReportSection:
+    """The fit and its rivals in a table, with the plot if `plots`."""
     columns = ["fit", "in sample", "left out", "u from faces", "u between", "from chosen"]
     verified = comparison.second is not None
     if verified:
@@ -67,7 +69,8 @@ def comparison_section(comparison: FitComparison) -> ReportSection:
         )
         paragraphs += blind_sentences(comparison.chosen, comparison.second)
     paragraphs += [f"Not fitted: {reason}" for reason in comparison.refused]
-    return ReportSection("Fits side by side", tuple(paragraphs), tuple(columns), rows, (comparison_plot(comparison),))
+    drawn = (comparison_plot(comparison),) if plots else ()
+    return ReportSection(COMPARISON_TITLE, tuple(paragraphs), tuple(columns), rows, drawn)
 
 
 def blind_sentences(fit: FittedCurve, second: ErrorCurve) -> list[str]:

@@ -56,11 +56,11 @@ def polygon_result(reduction: PolygonReduction, options: PolygonOptions = Polygo
     sections = [series_section(reduction)]
     if reduction.tilt is not None:
         sections.append(tilt_section(reduction, plot=options.plots))
-    sections.append(fit_section(fitted))
+    sections.append(fit_section(fitted, options.plots))
     if options.compare or options.second is not None:
         comparison = compare_fits(fitted, options.second)
         results["comparison"] = comparison.to_json()
-        sections.append(comparison_section(comparison))
+        sections.append(comparison_section(comparison, options.plots))
     sections.append(aliasing_section(fitted, reading_deg))
     if options.monte_carlo_runs:
         repeated = monte_carlo(
