@@ -44,7 +44,7 @@ clean: ## remove what was built, but keep the installed tools
 	rm -rf $(BUILD) .pytest_cache .ruff_cache .hypothesis
 
 manual: $(READY) ## write the tables of README.md and docs/ anew from the contract
-	@$(BIN)/python -m arcref_gateware.manual_tables README.md docs/core.md
+	@$(BIN)/python -m arcref_gateware.manual_tables README.md docs/core.md docs/calibration.md
 
 pins: ## pin every package again, with hashes, from pyproject.toml (needs pip-compile)
 	pip-compile -q --generate-hashes --strip-extras --allow-unsafe --no-emit-index-url --no-emit-find-links \

@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 from arcref.atomic_file import write_text
+from arcref.calibration.metadata_keys import EVERY, METADATA_KEYS
 from arcref.flags import FAULT_FLAGS, FLAG_MEANINGS
 from arcref.input_error import InputError
 from arcref.position_frame import FRAME_FIELDS
@@ -47,6 +48,21 @@ def frame_table() -> str:
     return markdown_table(["bits", "field", "meaning"], rows)
 
 
+def metadata_table() -> str:
+    """The metadata keys of run files."""
+    rows = [
+        [
+            f"`{key.name}`",
+            key.group,
+            "all" if key.kinds == EVERY else ", ".join(key.kinds),
+            {None: "text", "1": "number"}.get(key.unit, key.unit),
+            key.description,
+        ]
+        for key in METADATA_KEYS
+    ]
+    return markdown_table(["key", "group", "runs", "unit", "meaning"], rows)
+
+
 def fill_page(text: str, tables: dict[str, str]) -> str:
     """`text` with what stands between `<!-- table NAME -->` and `<!-- end NAME -->` replaced, for each table named.
 
@@ -68,5 +84,5 @@ def fill_pages(pages: list[str], tables: dict[str, str]) -> None:
         write_text(page, fill_page(Path(page).read_text(encoding="utf-8"), tables))
 
 
-HOST_TABLES = {"flags": flag_table(), "frame": frame_table()}
+HOST_TABLES = {"flags": flag_table(), "frame": frame_table(), "metadata": metadata_table()}
 """Tables that the host's contract gives."""

@@ -37,6 +37,11 @@ class MetadataKey:
         words = self.name.split("_")
         return " ".join(words if self.unit in (None, "1") else words[:-1])
 
+    @property
+    def description(self) -> str:
+        """The meaning as a sentence of the manual, which says of an uncertainty that it is a standard one."""
+        return f"standard uncertainty {self.meaning}" if self.name.startswith("u_") else self.meaning
+
 
 def _text(name, group, meaning, kinds=EVERY):
     return MetadataKey(name, group, meaning, kinds)
@@ -155,7 +160,7 @@ METADATA_KEYS = (
     _number(
         "eccentricity_mm",
         UNCERTAINTY,
-        "of the polygon on the shaft: how far the beam wanders over a face",
+        "the polygon off the shaft's axis: how far the beam wanders over a face",
         "mm",
         FACES,
         0,

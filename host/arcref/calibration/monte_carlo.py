@@ -2,7 +2,7 @@
 
 After JCGM 101:2008 (GUM Supplement 1). The run's own readings are perturbed, `reduce_polygon` takes all repetitions at
 once, and the correction that results is compared with the curve that the unperturbed run gave, which here is the truth.
-Nothing of the budget's arithmetic is used, so that the two check each other.
+How the inputs propagate is taken from nowhere, so that it checks the budget's sensitivities.
 """
 
 from dataclasses import dataclass, replace
