@@ -14,6 +14,8 @@ from arcref.subdivision_curve import SubdivisionCurve
 
 NO_UNCERTAINTY = "the input is a reduced curve that states no uncertainty"
 
+BUDGET_BASIS = "the calibration's uncertainty budget of a corrected angle"
+
 UNCERTAINTY_BASIS = (
     "largest over the turn: the curve's standard uncertainty at its faces carried through the fit, the fit between the "
     "faces, and rounding to a count"
@@ -84,15 +86,30 @@ def corrected_lines(fit: FittedCurve) -> tuple[int, int]:
 
 
 def expanded_uncertainty(fit: FittedCurve) -> dict:
-    """The expanded uncertainty (k=2) of the correction with its basis, or null with the reason."""
+    """The expanded uncertainty (k=2) of a corrected angle with its basis, or null with the reason.
+
+    It is that of the calibration's budget when this is the fit it was made for. For another fit it is never less.
+    """
+    stated = fit.curve.provenance.get("expanded_uncertainty_arcsec")
+    is_stated = type(stated) in (int, float) and stated > 0
+    own = _carried_through(fit)
+    if is_stated and fit.curve.provenance.get("fit") == {"name": fit.name, "parameters": fit.parameters}:
+        value, basis = stated, BUDGET_BASIS
+    elif own is None and not is_stated:
+        return {"expanded_uncertainty_arcsec": None, "expanded_uncertainty_reason": NO_UNCERTAINTY}
+    elif own is None or (is_stated and stated > own):
+        value, basis = stated, f"{BUDGET_BASIS}, made for another fit"
+    else:
+        value, basis = own, UNCERTAINTY_BASIS
+    return {"expanded_uncertainty_arcsec": float(f"{value:.3g}"), "expanded_uncertainty_basis": basis}
+
+
+def _carried_through(fit: FittedCurve) -> float | None:
+    """Twice the largest standard uncertainty over the turn, None when the curve states none."""
     angle_deg = line_middles_deg()
     u = fit.u_arcsec(angle_deg)
     if u is None:
-        return {"expanded_uncertainty_arcsec": None, "expanded_uncertainty_reason": NO_UNCERTAINTY}
-    at_faces = fit.u_arcsec(fit.curve.angle_deg)
+        return None
     anywhere = np.nanmax(np.hypot(u, fit.interpolation_u_arcsec(angle_deg)))
-    combined = math.hypot(max(anywhere, np.nanmax(at_faces)), ARCSEC_PER_COUNT / math.sqrt(12))
-    return {
-        "expanded_uncertainty_arcsec": float(f"{COVERAGE_FACTOR * combined:.3g}"),
-        "expanded_uncertainty_basis": UNCERTAINTY_BASIS,
-    }
+    at_faces = np.nanmax(fit.u_arcsec(fit.curve.angle_deg))
+    return COVERAGE_FACTOR * math.hypot(max(anywhere, at_faces), ARCSEC_PER_COUNT / math.sqrt(12))

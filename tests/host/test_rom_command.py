@@ -239,6 +239,29 @@ def test_options_of_another_fit(tmp_path, arcref, polygon, options, message):
     assert [path.name for path in tmp_path.iterdir()] == ["polygon.csv"]
 
 
+@pytest.mark.parametrize(
+    ("stated", "options", "expected", "basis"),
+    [
+        (0.7, [], 0.7, "the calibration's uncertainty budget of a corrected angle"),
+        (0.1, [], 0.1, "the calibration's uncertainty budget of a corrected angle"),
+        (0.7, ["--fit", "spline"], 0.7, "the calibration's uncertainty budget of a corrected angle, made for another"),
+        (0.1, ["--spread", "14"], 0.528, "largest over the turn"),
+        (None, [], 0.528, "largest over the turn"),
+        ("0.7", [], 0.528, "largest over the turn"),
+    ],
+)
+def test_the_budget_states_the_uncertainty_of_its_own_fit(tmp_path, arcref, stated, options, expected, basis):
+    results = {
+        "expanded_uncertainty_arcsec": stated,
+        "fit": {"name": "rbf", "parameters": {"spread_deg": 15, "ridge": 0}},
+    }
+    calibration = write_json(tmp_path / "cal.json", CALIBRATION | {"results": results})
+    assert arcref("rom", calibration, *options, "-o", tmp_path / "x.rom.json").exit_code == 0
+    provenance = load_rom(tmp_path / "x.rom.json").provenance
+    assert provenance["expanded_uncertainty_arcsec"] == expected
+    assert provenance["expanded_uncertainty_basis"].startswith(basis)
+
+
 def theodolite(tmp_path, first_deg, last_deg):
     """A calibration over an arc, error 2 arcsec at its start and 4 at its end."""
     angle = np.arange(first_deg, last_deg + 1.0)

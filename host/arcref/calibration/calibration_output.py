@@ -21,6 +21,9 @@ from arcref.output_files import check_outputs
 
 FILE = click.Path(path_type=Path)
 
+FIT_COLUMN_WIDTH = 25
+"""Characters of a fit's name on the terminal: the headings beside it fold instead."""
+
 
 @dataclass(frozen=True)
 class OutputOptions:
@@ -167,9 +170,10 @@ def _print_comparison(console: Console, result: CalibrationResult) -> None:
     """The table of the fits side by side, when they were compared."""
     for section in result.sections:
         if section.title == COMPARISON_TITLE:
-            table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), title=f"{section.title} / arcsec")
-            for number, column in enumerate(section.columns):
-                table.add_column(column, justify="right" if number else "left")
+            table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), title=f"{section.title} / arcsec")
+            table.add_column(section.columns[0], min_width=FIT_COLUMN_WIDTH)
+            for column in section.columns[1:]:
+                table.add_column(column, justify="right")
             for row in section.rows:
                 table.add_row(*row)
             console.print(table)

@@ -52,7 +52,7 @@ def comparison_section(comparison: FitComparison, plots: bool = True) -> ReportS
     columns = ["fit", "in sample", "left out", "u from faces", "u between", "from chosen"]
     verified = comparison.second is not None
     if verified:
-        columns += ["second run, sigma", "peak to peak"]
+        columns += ["second run", "peak to peak"]
     rows = tuple(_comparison_row(one, verified) for one in comparison.figures)
     paragraphs = [
         "All figures in arcsec: rms of the residuals at the faces in the sample and left out; largest standard "

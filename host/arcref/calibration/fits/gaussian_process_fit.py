@@ -27,7 +27,7 @@ class GaussianProcessFit(FittedCurve):
     """
 
     name = "gaussian-process"
-    title = "Gaussian process, periodic kernel"
+    title = "Gaussian process"
 
     def __init__(
         self,
