@@ -39,17 +39,13 @@ def method_paragraphs(reduction: PolygonReduction) -> tuple[str, ...]:
 
 
 def series_section(reduction: PolygonReduction) -> ReportSection:
-    """The rounds: closing error, and how far each is from the mean."""
+    """The rounds: limit of the closing error, scatter, return error, and how far each is from the mean."""
     run = reduction.run
-    rows = []
-    for index, closing in enumerate(reduction.closing_error_arcsec):
-        rows.append(
-            (
-                series_name(run, index),
-                "not closed" if math.isnan(closing) else f"{closing:+.3f}",
-                f"{np.sqrt(np.mean(reduction.residual_arcsec[index] ** 2)):.3f}" if _repeated(run, index) else "-",
-            )
-        )
+    rows = [
+        (series_name(run, index), f"{np.sqrt(np.mean(residual**2)):.3f}")
+        for index, residual in enumerate(reduction.residual_arcsec)
+        if run.series.direction.count(run.series.direction[index]) > 1
+    ]
     limit, basis = closing_limit(reduction)
     paragraphs = [f"Limit of the closing error: {limit:.3g} arcsec, {basis}."]
     if reduction.degrees_of_freedom:
@@ -64,12 +60,8 @@ def series_section(reduction: PolygonReduction) -> ReportSection:
             f"Return error, forward less backward: mean {returned.mean():+.3f} arcsec, largest {returned[face]:+.3f} "
             f"arcsec at face {face + 1}. What the zero drifted from series to series is in it."
         )
-    columns = ("series", "closing error / arcsec", "scatter about the mean, rms / arcsec")
+    columns = ("series", "scatter about the mean of its direction, rms / arcsec")
     return ReportSection("Rounds", tuple(paragraphs), columns, tuple(rows))
-
-
-def _repeated(run, index: int) -> bool:
-    return run.series.direction.count(run.series.direction[index]) > 1
 
 
 def tilt_section(reduction: PolygonReduction, *, plot: bool) -> ReportSection:
