@@ -173,7 +173,8 @@ def _print_comparison(console: Console, result: CalibrationResult) -> None:
             table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), title=f"{section.title} / arcsec")
             table.add_column(section.columns[0], min_width=FIT_COLUMN_WIDTH)
             for column in section.columns[1:]:
-                table.add_column(column, justify="right")
+                # As wide as the longest word of its heading, which folds: the table fits 80 characters.
+                table.add_column(column, justify="right", width=max(6, *map(len, column.split())))
             for row in section.rows:
                 table.add_row(*row)
             console.print(table)
