@@ -11,17 +11,23 @@ SPEED  ?= 10
 TURNS  ?= 10
 SAMPLES ?= 4
 READY  := $(VENV)/.ready
-HOST_SOURCES     := $(wildcard host/arcref/*.py)
+HOST_SOURCES     := $(wildcard host/arcref/*.py host/arcref/calibration/*.py host/arcref/calibration/fits/*.py)
 GATEWARE_SOURCES := $(wildcard gateware/arcref_gateware/*.py)
 
 .DEFAULT_GOAL := zero-return
 .DELETE_ON_ERROR:
-.PHONY: help rom zero-return verilog test bench lint clean manual pins
+.PHONY: help rom calibrate zero-return verilog test bench lint clean manual pins
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 20
 
 rom: $(ROM) ## fit the published polygon run and write the correction ROM image
+
+calibrate: | $(READY) ## simulate a polygon run, calibrate from it with a report, and write its ROM
+	@mkdir -p $(BUILD)
+	@$(BIN)/arcref simulate polygon --seed 5 --rounds 2 --backward --tilt 300 --tilt-azimuth 60 -o $(BUILD)/polygon_run.csv
+	@$(BIN)/arcref calibrate polygon $(BUILD)/polygon_run.csv -o $(BUILD)/polygon.cal.json --report $(BUILD)/polygon.html
+	@$(BIN)/arcref rom $(BUILD)/polygon.cal.json -o $(BUILD)/polygon.rom.json
 
 zero-return: $(ROM) ## run the simulated zero-return test (SPEED=10 TURNS=10 SAMPLES=4); also what `make` does
 	@$(BIN)/arcref simulate zero-return --speed $(SPEED) --revolutions $(TURNS) --samples $(SAMPLES) --rom $(ROM) \
