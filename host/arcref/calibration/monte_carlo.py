@@ -8,6 +8,7 @@ How the inputs propagate is taken from nowhere, so that it checks the budget's s
 from dataclasses import dataclass, replace
 
 import numpy as np
+from rich.console import Console
 from rich.progress import Progress
 
 from arcref.angle import ARCSEC_PER_COUNT, LINES_PER_TURN, arcsec_to_counts
@@ -70,7 +71,7 @@ class MonteCarlo:
 def monte_carlo(
     reduction: PolygonReduction, fitted, budget_arcsec: float, runs: int, seed: int = 1, progress: bool = False
 ) -> MonteCarlo:
-    """Repeat the calibration `runs` times. `progress` shows a bar on the terminal.
+    """Repeat the calibration `runs` times. `progress` shows a bar, if there is a terminal.
 
     Raises `ValueError` for fewer than `FEWEST_RUNS`, and `InputError` for stated numbers that cannot be.
     """
@@ -83,7 +84,8 @@ def monte_carlo(
     # every error.
     width = budget_arcsec / 1000.0
     sizes = np.zeros(20_000, np.int64)
-    with Progress(disable=not progress, transient=True) as bar:
+    console = Console(stderr=True)
+    with Progress(console=console, disable=not (progress and console.is_terminal), transient=True) as bar:
         task = bar.add_task("Monte Carlo", total=runs)
         for start in range(0, runs, _BLOCK):
             count = min(_BLOCK, runs - start)

@@ -17,7 +17,7 @@ TEMPLATE = "calibration.html.j2"
 
 TITLES = {
     "polygon": "Calibration by polygon and autocollimator",
-    "closure": "Calibration by closure, polygon and encoder together",
+    "closure": "Calibration by closure of polygon and encoder",
     "theodolite": "Calibration by mirror and theodolite over an arc",
 }
 

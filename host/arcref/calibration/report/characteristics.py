@@ -39,10 +39,12 @@ def _repeatability(result: CalibrationResult) -> Characteristic:
     terms = [term for term in result.budget.contributions if term.name == "repeatability" and term.type == "A"]
     if not terms:
         return Characteristic(key, name, None, "needs two rounds in one direction or more")
-    how = (
-        "standard deviation of one reading at one angle, pooled over the angles, of the rounds in one direction; the "
-        f"mean of each round left out; {terms[0].degrees_of_freedom:g} degrees of freedom"
-    )
+    how = f"standard deviation of one reading: {terms[0].basis}"
+    if result.kind == "polygon":
+        how = (
+            "standard deviation of one reading at one angle, pooled over the angles, of the rounds in one direction; "
+            f"the mean of each round left out; {terms[0].degrees_of_freedom:g} degrees of freedom"
+        )
     return Characteristic(key, name, terms[0].u, how)
 
 

@@ -175,8 +175,10 @@ def _angle_axis(axes, result: CalibrationResult) -> None:
     angle = _fine_angles(result)
     axes.set_xlim(angle[0], angle[-1])
     if result.curve.arc_deg is None:
-        first = float(np.ceil(angle[0] / 30.0) * 30.0)
-        axes.set_xticks(np.arange(first, angle[-1] + 1e-6, 30.0))
+        # A first angle a hair before zero begins at zero all the same.
+        first = float(np.ceil(angle[0] / 30.0 - 0.1) * 30.0)
+        axes.set_xticks(np.arange(first, angle[-1] + 3.0, 30.0))
+        axes.set_xlim(min(first, angle[0]), max(angle[-1], axes.get_xticks()[-1]))
 
 
 def _legend_above(axes) -> None:
