@@ -14,7 +14,7 @@ from arcref.calibration.closure_plan import WEAK
 from arcref.calibration.closure_run import ClosureRun, X
 from arcref.calibration.closure_sections import closure_sections, outlier_rows, reading_name
 from arcref.calibration.closure_solution import FALSE_ALARM, ClosureSolution, solve_closure
-from arcref.calibration.fit_options import FitOptions, fit_report
+from arcref.calibration.fit_options import USUAL_FIT, FitOptions, fit_report
 from arcref.calibration.fit_sections import aliasing_warning
 from arcref.calibration.fits.fit_names import fit_curve
 from arcref.calibration.metadata_keys import stated_number
@@ -30,7 +30,7 @@ _SAME_PLACE_ARCSEC = 79.0
 _DIGITS = 6
 
 
-def closure_result(run: ClosureRun, options: FitOptions = FitOptions()) -> CalibrationResult:
+def closure_result(run: ClosureRun, options: FitOptions = USUAL_FIT) -> CalibrationResult:
     """Solve and judge a run. Raises `InputError` for readings that no such set-up gives, see `closure_mistakes`."""
     solution = solve_closure(run.design, run.reading_arcsec())
     _refuse_mistakes(run, solution)

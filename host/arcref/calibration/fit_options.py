@@ -26,14 +26,18 @@ class FitOptions:
     plots: bool = True
 
 
+USUAL_FIT = FitOptions()
+"""The default fit, without rivals."""
+
+
 def fit_report(fitted: FittedCurve, options: FitOptions, reading_deg=None) -> tuple[dict, tuple[ReportSection, ...]]:
     """Numbers for `results` and sections for the report; `reading_deg` as in `aliases`."""
     results = {"fit": {"name": fitted.name, "parameters": fitted.parameters}}
-    sections = [fit_section(fitted), aliasing_section(fitted, reading_deg)]
+    sections = [fit_section(fitted, options.plots), aliasing_section(fitted, reading_deg)]
     if options.compare or options.second is not None:
         comparison = compare_fits(fitted, options.second)
         results["comparison"] = comparison.to_json()
-        sections.append(comparison_section(comparison))
+        sections.append(comparison_section(comparison, options.plots))
     return results, tuple(sections)
 
 
