@@ -7,6 +7,7 @@ round the mean error is zero.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -44,7 +45,7 @@ class ArcReadings:
         """Number of rounds."""
         return int(self.round.max()) + 1
 
-    @property
+    @cached_property
     def averaging(self) -> np.ndarray:
         """float64[places, n]: errors of the places, mean zero, from errors of the readings known but for a constant
         in each round: least squares.
@@ -83,7 +84,7 @@ class ArcSolution:
         square = np.sum(self.elevation_residual_rad**2, axis=-1)
         return ARCSEC_PER_RAD * np.sqrt(square / freedom) if freedom > 0 else np.full(square.shape, np.nan)
 
-    @property
+    @cached_property
     def azimuth_freedom(self) -> int:
         """Degrees of freedom of the azimuths' scatter: readings beyond one for each place and one for each round."""
         readings = self.readings
