@@ -40,8 +40,10 @@ def error_plot(result: CalibrationResult, as_left: CalibrationResult | None = No
         return svg(figure, "error")
 
 
-def polar_plot(result: CalibrationResult, as_left: CalibrationResult | None = None) -> str:
-    """The error around the circle: outside the dashed circle it is positive."""
+def polar_plot(result: CalibrationResult, as_left: CalibrationResult | None = None) -> str | None:
+    """The error around the circle: outside the dashed circle it is positive. None for an arc, which has no circle."""
+    if result.curve.arc_deg is not None:
+        return None
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -173,7 +175,8 @@ def _around(result: CalibrationResult):
 
 def _angle_axis(axes, result: CalibrationResult) -> None:
     angle = _fine_angles(result)
-    axes.set_xlim(angle[0], angle[-1])
+    margin = 0.0 if result.curve.arc_deg is None else 0.01 * (angle[-1] - angle[0])
+    axes.set_xlim(angle[0] - margin, angle[-1] + margin)
     if result.curve.arc_deg is None:
         # A first angle a hair before zero begins at zero all the same.
         first = float(np.ceil(angle[0] / 30.0 - 0.1) * 30.0)
