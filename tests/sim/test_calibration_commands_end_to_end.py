@@ -1,6 +1,7 @@
 """The commands one after the other, as a person uses them: simulate, calibrate, rom, and then the truth."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -80,8 +81,47 @@ def test_face_deviations_come_out_of_a_closure_run(calibrated):
     assert rms(found - about_mean(truth["polygon"]["face_deviation_arcsec"])) < 0.04
 
 
+def test_five_settings_say_what_they_lost(calibrated, arcref):
+    """Settings at multiples of 90 deg cannot tell orders 4, 8 and 12 of the encoder from those of the polygon."""
+    truth, calibration = calibrated("closure", ["--settings", 5, "--setting-step", 90])
+    printed = arcref("calibrate", "closure", "run.csv", "-o", "cal.json").stdout
+    assert re.search(r"orders lost +4, 8, 12", printed)
+    curve = calibration["curve"]
+    off = about_mean(np.array(curve["error_arcsec"]) - encoder_of(truth).error_arcsec(curve["angle_deg"]))
+    assert rms(off) > 0.2, "orders 4 and 8 of the encoder are not found"
+    assert np.all(np.abs(off) <= 2 * np.array(curve["u_arcsec"])), "and the statement knows of it"
+
+
+def test_an_error_within_the_line_shows_as_a_slow_one_and_is_stated(calibrated, tmp_path):
+    """Order 4096 looks like order 8 to 24 faces and is burnt into the ROM: the stated amplitude makes it known."""
+    options = ["--harmonic", "1:1:0", "--line-harmonic", "1:0.5:35", "--setting-scatter", 1]
+    truth, calibration = calibrated("polygon", options)
+    spectrum = np.abs(np.fft.rfft(calibration["curve"]["error_arcsec"])) / 12
+    assert spectrum[8] == pytest.approx(0.5, abs=0.15)
+    error = corrected_errors_arcsec(load_rom(tmp_path / "x.rom.json"), encoder_of(truth))
+    assert rms(error) > 0.4, "the reading's own and the false term"
+    assert np.mean(np.abs(error) <= calibration["results"]["expanded_uncertainty_arcsec"]) > 0.9
+
+
+def test_the_return_error_is_that_of_the_encoder(calibrated):
+    options = ["--backward", "--hysteresis", 1.5, "--hysteresis-variation", 0.5, "--rounds", 8]
+    truth, calibration = calibrated("polygon", options)
+    found = np.array(calibration["results"]["return_error_arcsec"])
+    true = -(1.5 + 0.5 * np.sin(np.radians(calibration["curve"]["angle_deg"])))
+    assert truth["encoder"]["hysteresis_arcsec"] == 1.5
+    assert np.abs(found - true).max() < 4 * np.sqrt(2 * (0.2**2 + 0.045**2) / 8)
+
+
+def test_a_round_that_drifts_does_not_close_and_fails(arcref, tmp_path):
+    assert arcref("simulate", "polygon", "-o", "run.csv", "--drift", 4).exit_code == 0
+    result = arcref("calibrate", "polygon", "run.csv", "-o", "cal.json")
+    assert result.exit_code == 1
+    assert "FAILED" in result.stdout
+    assert (tmp_path / "cal.json").exists()
+
+
 def test_an_arc_comes_out_as_it_is(calibrated, tmp_path):
-    options = ["--harmonic", "2:4:20", "--step", "0.5", "--rounds", 4, "--start", 100]
+    options = ["--harmonic", "2:4:20", "--rounds", 3, "--start", 100]
     truth, calibration = calibrated("theodolite", options)
     curve, results = calibration["curve"], calibration["results"]
     assert min(curve["angle_deg"]) == pytest.approx(100, abs=0.01)

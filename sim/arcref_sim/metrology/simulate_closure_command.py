@@ -119,6 +119,7 @@ def closure(output, truth, seed, **options):
         "setting_step_deg": f"{conditions.setting_step_deg:.10g}",
         "autocollimator_sign": options["sign"],
         "u_autocollimator_arcsec": 0.0,
+        "u_face_deviation_arcsec": options["face_deviation"],
         "u_repeatability_arcsec": options["noise"],
         "u_autocollimator_roll_arcmin": 0.0,
         "u_eccentric_mounting_arcsec": 0.0,

@@ -118,6 +118,8 @@ def theodolite(output, truth, seed, **options):
         "source": source("theodolite", seed),
         "u_azimuth_arcsec": options["noise_azimuth"],
         "u_zenith_arcsec": options["noise_zenith"],
+        "u_zenith_index_arcsec": abs(options["zenith_index"]),
+        "u_mirror_walk_arcsec": 0.0,
         "u_levelling_arcsec": 0.0,
         "u_collimation_arcsec": 0.0,
         "u_temperature_arcsec": 0.0,
