@@ -98,6 +98,15 @@ def test_a_budget_that_is_wrong_is_noticed(tmp_path):
     assert not monte_carlo(reduction, fitted, 1.15 * budget.combined_arcsec, 300).agrees
 
 
+def test_scatter_is_how_the_result_changes_from_seed_to_seed(tmp_path):
+    made = {"psi_arcsec": 300.0, "noise_arcsec": 0.02, "metadata": (("u_autocollimator_roll_arcmin", 3),)}
+    reduction, fitted, budget = calibrated(tmp_path / "run.csv", **made)
+    found = [monte_carlo(reduction, fitted, budget.combined_arcsec, 200, seed) for seed in range(40)]
+    from_seed_to_seed = np.std([each.u_arcsec for each in found]) / budget.combined_arcsec
+    assert np.mean([each.scatter for each in found]) == pytest.approx(from_seed_to_seed, rel=0.35)
+    assert sum(each.agrees for each in found) >= 38
+
+
 def test_the_same_seed_gives_the_same_numbers_and_another_seed_others(tmp_path):
     reduction, fitted, budget = calibrated(tmp_path / "run.csv", metadata=STATED)
     runs = [monte_carlo(reduction, fitted, budget.combined_arcsec, 250, seed) for seed in (5, 5, 6)]
