@@ -49,8 +49,9 @@ lint: $(READY) ## check the style of every Python file
 clean: ## remove what was built, but keep the installed tools
 	rm -rf $(BUILD) .pytest_cache .ruff_cache .hypothesis
 
-manual: $(READY) ## write the tables of README.md and docs/ anew from the contract
+manual: $(READY) ## write tables, outputs and picture of README.md and docs/ anew from what the project does
 	@$(BIN)/python -m arcref_gateware.manual_tables README.md docs/core.md docs/calibration.md
+	@$(BIN)/python -m arcref_sim.readme_calibration README.md
 
 pins: ## pin every package again, with hashes, from pyproject.toml (needs pip-compile)
 	pip-compile -q --generate-hashes --strip-extras --allow-unsafe --no-emit-index-url --no-emit-find-links \

@@ -1,6 +1,7 @@
 """`arcref simulate polygon|closure|theodolite`: run files as the project reads them, and one line for bad use."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from click.testing import CliRunner
 
 from arcref.command import main
 from arcref.run_file import read_run_file
+from arcref_sim.metrology.operator_mistakes import MISTAKES
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -117,6 +119,11 @@ def test_a_roll_that_the_operator_does_not_know(simulate, tmp_path):
     assert metadata["u_autocollimator_roll_arcmin"] == "3"
     assert simulate("polygon", "--nothing-stated").exit_code == 0
     assert not any(key.startswith("u_") for key in read_run_file(tmp_path / "run.csv", COLUMNS["polygon"]).metadata)
+
+
+def test_the_manual_names_every_mistake():
+    page = (EXAMPLES.parent / "docs" / "simulated_runs.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `([a-z-]+)` \|", page, re.MULTILINE)) == set(MISTAKES)
 
 
 @pytest.mark.parametrize(
