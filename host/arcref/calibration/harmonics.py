@@ -69,29 +69,21 @@ def harmonics(curve: ErrorCurve) -> Harmonics:
     Faces at unequal distances tell fewer apart, and those of a limited arc none.
     """
     angle = np.radians(curve.angle_deg)
-    columns = [np.ones(angle.size)]
-    orders: list[int] = []
-    if curve.arc_deg is None:
-        for order in range(1, (angle.size - 1) // 2 + 1):
-            pair = [np.cos(order * angle), np.sin(order * angle)]
-            if not _separable(columns + pair):
-                break
-            columns += pair
-            orders.append(order)
+    orders = [] if curve.arc_deg is not None else list(range(1, _highest_order(angle) + 1))
+    columns = _columns(angle, len(orders))
     half, seen_phase = None, 0.0
     if 2 * len(orders) + 2 == angle.size:
         seen_phase = angle[0] * (angle.size // 2)
         half = np.cos((angle.size // 2) * angle - seen_phase)
-        if not _separable([*columns, half]):
+        if not _separable(np.column_stack([columns, half])):
             half = None
-    design = np.column_stack(columns if half is None else [*columns, half])
+    design = columns if half is None else np.column_stack([columns, half])
     inverse = np.linalg.pinv(design)
     coefficient = inverse @ curve.error_arcsec
     u = None if curve.u_arcsec is None else np.sqrt(inverse**2 @ curve.u_arcsec**2)
-    pairs = slice(1, 1 + 2 * len(orders))
 
     def split(values):
-        cosine, sine = values[pairs][0::2], values[pairs][1::2]
+        cosine, sine = values[1 : 1 + len(orders)], values[1 + len(orders) : 1 + 2 * len(orders)]
         if half is None:
             return cosine, sine
         direction = np.array([np.cos(seen_phase), np.sin(seen_phase)])
@@ -106,6 +98,22 @@ def harmonics(curve: ErrorCurve) -> Harmonics:
     return Harmonics(float(coefficient[0]), order, cosine, sine, u_cosine, u_sine, unseen)
 
 
-def _separable(columns: list[np.ndarray]) -> bool:
-    unit = np.column_stack([column / np.linalg.norm(column) for column in columns])
-    return bool(np.linalg.cond(unit) <= SEPARABLE_CONDITION)
+def _columns(angle_rad: np.ndarray, highest: int) -> np.ndarray:
+    """One, the cosines and the sines of orders 1 to `highest`, one a column."""
+    phase = angle_rad[:, np.newaxis] * np.arange(1, highest + 1)
+    return np.hstack([np.ones((angle_rad.size, 1)), np.cos(phase), np.sin(phase)])
+
+
+def _highest_order(angle_rad: np.ndarray) -> int:
+    """The highest order up to which all can be told apart. More orders are never told apart better: so by halves."""
+    low, high = 0, (angle_rad.size - 1) // 2
+    if _separable(_columns(angle_rad, high)):
+        return high
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if _separable(_columns(angle_rad, middle)) else (low, middle)
+    return low
+
+
+def _separable(columns: np.ndarray) -> bool:
+    return bool(np.linalg.cond(columns / np.linalg.norm(columns, axis=0)) <= SEPARABLE_CONDITION)
