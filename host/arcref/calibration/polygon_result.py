@@ -69,7 +69,8 @@ def polygon_result(reduction: PolygonReduction, options: PolygonOptions = Polygo
         results["monte_carlo"] = repeated.figures()
         found = f"{repeated.u_arcsec:.4f} against {budget.combined_arcsec:.4f} arcsec, {repeated.from_budget:+.1%}"
         found += f", own scatter {repeated.scatter:.1%}"
-        checks.append(Check("the Monte Carlo agrees with the budget within 5 % and twice its own scatter", found, repeated.agrees))
+        demand = "the Monte Carlo agrees with the budget within 5 % and twice its own scatter"
+        checks.append(Check(demand, found, repeated.agrees))
     method = {
         "name": "polygon",
         "faces": run.faces,
