@@ -8,18 +8,20 @@ the run as given that chance cannot have done it. Two places show it:
   of the errors, over what it leaves of the alternative's, is the gain;
 - from round to round: the same face must give the same error, however the encoder was set.
 
-Chance: were the run right, the change that the alternative makes would be a vector that has nothing to do with the
-errors. That it points against them so well that their squares fall by the factor F has, in d dimensions, a probability
-of half the regularised incomplete beta function I(1/F; (d - 1)/2, 1/2). d counts what is left behind the smooth curve
-and no more than the change has faces, or orders by the entropy of its spectrum. No alternative is ever put in place of
-the run: the user corrects it, or accepts it as it stands.
+Chance: were the run right, the change that the alternative makes would have nothing to do with the errors. From face to
+face it is taken as normally distributed in each order of the turn, with whatever variance suits the alternative best:
+that the power of an order falls to a part r or less then has a chance of r/e at most (for an order with one phase only,
+sqrt(2 r / (pi e))), and Fisher's rule puts the orders together. From round to round it is a vector of any length and of
+random direction in d dimensions: that squares fall to a part r has the chance I(r; (d - 1)/2, 1/2) / 2, I being the
+regularised incomplete beta function. d counts no more than the readings that change, or the orders by their entropy.
+No alternative is ever put in place of the run: the user corrects it, or accepts it as it stands.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import betainc, xlogy
+from scipy.special import betainc, gammaincc, xlogy
 from scipy.stats import t
 
 from arcref.calibration.polygon_reduction import series_residual, unreferenced_errors
@@ -31,7 +33,7 @@ CHANCE = 1e-5
 
 OUTLIER_CHANCE = 1e-4
 
-_FACES_PER_SMOOTH_ORDER, _MOST_SMOOTH_ORDERS = 6, 8
+_FACES_PER_SMOOTH_ORDER, _MOST_SMOOTH_ORDERS = 8, 8
 
 _RIVAL = 1.5  # sums of squares this close do not tell two alternatives apart
 
@@ -56,7 +58,11 @@ class Suspicion:
 
 @dataclass(frozen=True)
 class _Alternative:
-    """A run without a mistake: `errors` float64[series, faces], and how many alternatives of its kind there are."""
+    """A run without a mistake: `errors` float64[series, faces], and how many alternatives of its kind there are.
+
+    `from_reading`: where the mistake began, None for the whole run; `parity`: +1 or -1 when all that it changes is the
+    even or the odd part of the errors about face 1.
+    """
 
     mistake: str
     column: str
@@ -65,6 +71,7 @@ class _Alternative:
     errors: np.ndarray
     kinds: int = 1
     from_reading: int | None = None
+    parity: int = 0
 
 
 def suspected_mistake(run: PolygonRun) -> Suspicion | None:
@@ -72,7 +79,7 @@ def suspected_mistake(run: PolygonRun) -> Suspicion | None:
     given = _errors(run, run.face_deviation_arcsec, run.x_arcsec)
     found = []
     for alternative in _alternatives(run, given):
-        chance, left = _chance(given, alternative.errors, run.series.direction)
+        chance, left = _chance(given, alternative, run.series.direction)
         if chance * alternative.kinds < CHANCE:
             found.append((left, alternative, chance * alternative.kinds))
     if not found:
@@ -133,10 +140,10 @@ def _alternatives(run: PolygonRun, given: np.ndarray) -> Iterator[_Alternative]:
         "face angle minus nominal was expected", given + 2 * of_face,
     )  # fmt: skip
     mirrored = of_face[-np.arange(n) % n]
-    for turned in (mirrored, -mirrored):
+    for turned, parity in ((mirrored, -1), (-mirrored, 1)):
         yield _Alternative(
             "clockwise", DEVIATION, "the faces seem to be counted clockwise for counter-clockwise",
-            "face numbers must rise as the encoder's reading does", given + of_face - turned, 2,
+            "face numbers must rise as the encoder's reading does", given + of_face - turned, 2, parity=parity,
         )  # fmt: skip
     for step in range(1, n):
         off = step if step <= n // 2 else step - n
@@ -167,37 +174,80 @@ def _jumps_on_the_way(run: PolygonRun, given: np.ndarray, of_face: np.ndarray) -
                 )  # fmt: skip
 
 
-def _chance(given: np.ndarray, alternative: np.ndarray, direction: tuple[int, ...]) -> tuple[float, float]:
+def _chance(given: np.ndarray, alternative: _Alternative, direction: tuple[int, ...]) -> tuple[float, float]:
     """Probability that chance makes the alternative so much better, and the sum of squares it leaves."""
-    chances, left = [1.0], 0.0
-    changed = int((alternative != given).any(axis=0).sum())
-    for evidence in (_from_face_to_face, lambda errors: series_residual(errors, direction)):
-        (before, freedom), (after, _) = evidence(given), evidence(alternative)
-        left += float((after**2).sum())
-        if freedom < 2:
-            continue
-        gain = ((before**2).sum() + _TINY_ARCSEC2) / ((after**2).sum() + _TINY_ARCSEC2)
-        dimensions = min(freedom, changed - 1, _dimensions(np.atleast_2d(after - before)))
-        if gain > 1 and dimensions > 1:
-            chances.append(0.5 * betainc((dimensions - 1) / 2, 0.5, 1 / gain))
+    changed = alternative.errors != given
+    rounds, freedom = series_residual(np.array([given, alternative.errors]), direction)
+    faces = _rough(given.mean(axis=0)), _rough(alternative.errors.mean(axis=0))
+    left = float((rounds[1] ** 2).sum() + (faces[1] ** 2).sum())
+    chances = [1.0]
+    if freedom:
+        before, after = rounds[0][changed], rounds[1][changed]
+        dimensions = min(freedom, _dimensions(_power(rounds[1] - rounds[0])))
+        chances.append(_half_beta(before, after, min(dimensions, changed.sum() - 1)))
+    touched = changed.any(axis=0)
+    if alternative.from_reading is None:
+        chances.append(_chance_by_orders(*faces, alternative.parity))
+    elif given.shape[0] == 1:
+        before, after = faces[0][touched], faces[1][touched]
+        dimensions = _dimensions(_power(faces[1] - faces[0])[np.newaxis])
+        chances.append(_half_beta(before, after, min(dimensions, touched.sum() - 1)))
     return min(chances), left
 
 
-def _from_face_to_face(errors: np.ndarray) -> tuple[np.ndarray, int]:
-    """What a smooth curve leaves of the mean of the series, float64[faces], and its degrees of freedom."""
+def _chance_by_orders(before: np.ndarray, after: np.ndarray, parity: int) -> float:
+    """From face to face: the gains of all rough orders together, after Fisher.
+
+    A change of one parity leaves the other part of the errors alone: only its own part is looked at.
+    """
+    if parity:
+        mirror = -np.arange(before.size) % before.size
+        before, after = ((errors + parity * errors[mirror]) / 2 for errors in (before, after))
+    own = slice(_orders(before.size), None)
+    changed = _power(after - before)[own] > _TINY_ARCSEC2
+    ratio = (_power(after)[own] + _TINY_ARCSEC2) / (_power(before)[own] + _TINY_ARCSEC2)
+    one_phase = np.full(ratio.size, bool(parity))
+    one_phase[-1] |= before.size % 2 == 0  # every other face: this order has a sign, and no phase
+    chance = np.where(one_phase, np.sqrt(2 * ratio / (np.pi * np.e)), ratio / np.e)
+    chance = np.where(changed, np.minimum(chance, 1.0), 1.0)
+    return float(gammaincc(ratio.size, -np.log(chance).sum()))
+
+
+def _half_beta(before: np.ndarray, after: np.ndarray, dimensions: float) -> float:
+    """Chance that a random change in so many dimensions makes `after` of `before`; 1 when it is no gain."""
+    gain = ((before**2).sum() + _TINY_ARCSEC2) / ((after**2).sum() + _TINY_ARCSEC2)
+    if gain <= 1 or dimensions <= 1:
+        return 1.0
+    return float(0.5 * betainc((dimensions - 1) / 2, 0.5, 1 / gain))
+
+
+def _orders(faces: int) -> int:
+    """The order from which on errors count as rough."""
+    return min(faces // _FACES_PER_SMOOTH_ORDER, _MOST_SMOOTH_ORDERS) + 1
+
+
+def _rough(errors: np.ndarray) -> np.ndarray:
+    """What a smooth curve leaves of the errors, float64[..., faces]."""
+    spectrum = np.fft.rfft(errors)
+    spectrum[..., : _orders(errors.shape[-1])] = 0
+    return np.fft.irfft(spectrum, errors.shape[-1])
+
+
+def _power(errors: np.ndarray) -> np.ndarray:
+    """Sum of squares over the faces that each order makes, float64[..., orders]."""
     faces = errors.shape[-1]
-    orders = min(faces // _FACES_PER_SMOOTH_ORDER, _MOST_SMOOTH_ORDERS)
-    spectrum = np.fft.rfft(errors.mean(axis=0))
-    spectrum[: orders + 1] = 0
-    return np.fft.irfft(spectrum, faces), faces - 1 - 2 * orders
+    power = 2 * np.abs(np.fft.rfft(errors)) ** 2 / faces
+    power[..., 0] /= 2
+    if faces % 2 == 0:
+        power[..., -1] /= 2
+    return power
 
 
-def _dimensions(change: np.ndarray) -> float:
-    """In how many dimensions a change really goes, two for each order of its spectrum: 2 exp(entropy).
+def _dimensions(power: np.ndarray) -> float:
+    """In how many dimensions a change of such powers, float64[rows, orders], really goes: 2 exp(entropy) each row.
 
     Random face deviations reach two thirds of all dimensions by this measure, which errs on the side of no alarm.
     """
-    power = np.abs(np.fft.rfft(change, axis=-1)) ** 2
     total = power.sum(axis=-1, keepdims=True)
     changed = total[:, 0] > 0
     share = power[changed] / total[changed]
@@ -215,7 +265,7 @@ def _suspicion(
         reading = int(run.series.reading_of_face[series, face])
     else:
         series, face = np.argwhere(run.series.reading_of_face == reading)[0]
-    rough = [np.sqrt(np.mean(_roughness(errors) ** 2)) for errors in (given, alternative.errors)]
+    rough = [np.sqrt(np.mean(_rough(errors) ** 2)) for errors in (given, alternative.errors)]
     angle = float(f"{run.angle_deg[face] % 360:.5g}")
     sentence = alternative.sentence + (f" (or else {rival.sentence})" if rival else "")
     problem = (
@@ -224,8 +274,3 @@ def _suspicion(
         f"{rough[0]:.2f} arcsec; {alternative.advice}"
     )
     return Suspicion(alternative.mistake, reading, alternative.column, problem, chance)
-
-
-def _roughness(errors: np.ndarray) -> np.ndarray:
-    """What a smooth curve leaves of each series, float64[series, faces]."""
-    return np.array([_from_face_to_face(row[np.newaxis])[0] for row in errors])
