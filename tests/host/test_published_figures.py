@@ -8,7 +8,7 @@ import pytest
 
 from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_TURN
 from arcref.error_statistics import ErrorStatistics
-from arcref.radial_basis_network import RadialBasisNetwork, gaussian
+from arcref.radial_basis_network import RadialBasisNetwork
 
 PRINTED_SIGMA_BEFORE = 1.30
 
@@ -108,68 +108,3 @@ def test_leave_one_out(table_1, spread_deg):
 
 def test_leave_one_out_of_the_best_ridge(table_1):
     assert RadialBasisNetwork.fit(table_1, 15, ridge=0.1).leave_one_out_rms_arcsec == pytest.approx(1.10, abs=0.005)
-
-
-def emulated_sigma(table_1, offset_deg, runs=2000, noise_arcsec=0.35, spread_deg=15.0):
-    """Sigma of many emulated verifications `offset_deg` beside the faces, float64[runs].
-
-    The truth is the fit through Table 1. A noisy calibration, its first face taken as zero and printed to 0.01 arcsec,
-    is fitted and rounded to whole counts; then a fresh noisy run verifies it, and its closure row of 0 is counted.
-    """
-    random = np.random.default_rng(20150803)
-    centre = table_1.angle_deg
-    truth = RadialBasisNetwork.fit(table_1)
-    verified = centre + offset_deg
-    solve = np.linalg.inv(gaussian(centre[:, np.newaxis] - centre, spread_deg))
-    fit = gaussian(verified[:, np.newaxis] - centre, spread_deg) @ solve
-    calibrated = truth.evaluate(centre) + noise_arcsec * random.standard_normal((runs, 24))
-    calibrated = np.round(calibrated - calibrated[:, :1], 2)
-    stored = np.round(calibrated @ fit.T / ARCSEC_PER_COUNT) * ARCSEC_PER_COUNT
-    left = truth.evaluate(verified) - stored + noise_arcsec * random.standard_normal((runs, 24))
-    left -= left[:, :1]
-    return np.append(left, np.zeros((runs, 1)), axis=1).std(axis=1, ddof=1)
-
-
-def test_table_2_is_the_repeatability_of_two_runs(table_1, table_2):
-    sigma = emulated_sigma(table_1, 0.0)
-    assert sigma.mean() == pytest.approx(0.49, abs=0.01)
-    low, high = np.percentile(sigma, [2.5, 97.5])
-    assert (low, high) == (pytest.approx(0.36, abs=0.02), pytest.approx(0.63, abs=0.02))
-    assert low < table_2.statistics(with_closure=True).sigma_arcsec < high
-
-
-@pytest.mark.parametrize("spread_deg", [10, 15, 20, 30])
-def test_table_3_can_be_emulated(table_1, spread_deg):
-    sigma = emulated_sigma(table_1, 5.0, spread_deg=spread_deg)
-    assert sigma.mean() == pytest.approx(0.48, abs=0.015)
-    low, high = np.percentile(sigma, [2.5, 97.5])
-    assert (low, high) == (pytest.approx(0.35, abs=0.025), pytest.approx(0.62, abs=0.025))
-    assert low < 0.5264 < high
-
-
-def test_the_default_spread_of_matlab_in_degrees_is_useless(table_1):
-    assert emulated_sigma(table_1, 5.0, spread_deg=1.0).mean() == pytest.approx(1.26, abs=0.03)
-
-
-@pytest.mark.parametrize(("order", "seen"), [(4096, 8), (8192, 8), (16384, 8), (12288, 0)])
-def test_an_error_within_the_line_looks_like_order_8_to_24_faces(order, seen):
-    faces = np.arange(24) / 24
-    spectrum = np.abs(np.fft.rfft(np.cos(2 * np.pi * order * faces + 0.7)))
-    assert int(np.argmax(spectrum)) == seen
-    assert 4096 % 24 == 16
-
-
-def test_the_5_degree_test_is_blind_to_it_and_7_5_degrees_are_not():
-    """The false term of order 8 that the faces leave in the ROM meets the true one of order 4096 at + 5 degrees."""
-    faces_deg = np.arange(24) * 15.0
-
-    def true_term(deg):
-        return np.cos(np.radians(4096 * deg) + 0.7)
-
-    def false_term(deg):
-        return np.cos(np.radians(-8 * deg) + 0.7)
-
-    assert np.abs(true_term(faces_deg) - false_term(faces_deg)).max() < 1e-8
-    assert np.abs(true_term(faces_deg + 5) - false_term(faces_deg + 5)).max() < 1e-8
-    difference = true_term(faces_deg + 7.5) - false_term(faces_deg + 7.5)
-    assert np.abs(difference - 2 * true_term(faces_deg + 7.5)).max() < 1e-8
