@@ -143,7 +143,7 @@ def _positions(run: RunFile, column: str) -> np.ndarray:
         fraction = np.flatnonzero(values != np.rint(values))
         if fraction.size:
             index = int(fraction[0])
-            problem = f"{values[index]:g} is no whole number, counts were expected"
+            problem = f"{values[index]:.12g} is no whole number, counts were expected"
             raise run.error(problem, reading=index, column=column)
         values = counts_to_deg(values)
     absurd = np.flatnonzero(np.abs(values) > LARGEST_POSITION_DEG)
