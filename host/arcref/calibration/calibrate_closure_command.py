@@ -57,7 +57,7 @@ def closure(run, output, report, json_path, csv_path, as_left, verify, fit, comp
     def calibrated(path: Path, fit_options: FitOptions) -> CalibrationResult:
         return closure_result(read_closure_run(path, wanted), fit_options)
 
-    second = second_curve(verify, SETTING, lambda path: calibrated(path, FitOptions(fit, plots=False)).curve)
+    second = second_curve(verify, SETTING, lambda path: calibrated(path, FitOptions(fit)).curve)
     result = calibrated(run, FitOptions(fit, compare, second, report is not None))
     if verify is not None:
         result.provenance["verified_with"] = read_input_file(verify).record

@@ -40,12 +40,12 @@ def refuse_misplaced(run: RunFile, faces: int, step_deg: float, setting: np.ndar
             raise run.error(f"{position[index]:g} deg: {reason}", reading=index, column=POSITION)
     x = run[X][index]
     problem = (
-        f"{position[index]:g} deg, near {np.mod(expected, 360.0):g} deg was expected "
+        f"{position[index]:g} deg, near {round(np.mod(expected, 360.0), 2) % 360:g} deg was expected "
         f"(face {face[index] + 1} at setting {setting[index]})"
     )
     met = face[index] + off[index] * faces / 360.0
     if abs(_wrapped(x - expected)) < limit < abs(off[index]) and abs(position[index]) < 60.0:
-        problem += f"; {x:g} in column {X} fits: are the two swapped?"
+        problem += f"; {round(x, 2):g} in column {X} fits: are the two swapped?"
     elif abs(met - round(met)) * 360.0 / faces < limit:
         problem += f"; face {round(met) % faces + 1} is met there"
     raise run.error(problem, reading=index, column=POSITION)
@@ -109,7 +109,7 @@ def _common_reason(run: RunFile, faces: int, step_deg: float, setting, face, lim
         return "all positions fit with setting and face swapped"
     other = _step_of(position, faces, setting, face)
     if other is not None and _fits(position, nominal_position_deg(faces, other, setting, face), limit):
-        return f"all positions fit settings {other:.6g} deg apart, setting_step_deg states {step_deg:g}"
+        return f"all positions fit settings {round(other, 2):g} deg apart, setting_step_deg states {step_deg:g}"
     return None
 
 
