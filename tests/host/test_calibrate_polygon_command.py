@@ -206,7 +206,7 @@ def test_as_found_and_as_left(run, calibrate, tmp_path):
 
 
 def test_what_is_missing_is_named_and_not_guessed(run, calibrate):
-    result, content = calibrate(run(metadata=(), certificate=False, rounds=1))
+    result, content = calibrate(run(metadata=(), certificate=False, rounds=1, noise_arcsec=0.05))
     for text in (
         "No face deviations",
         "Not in the budget: face deviations",
