@@ -56,12 +56,6 @@ def closure_checks(run: ClosureRun, solution: ClosureSolution) -> tuple[Check, .
         sentence = f"The first face read again agrees within {run.closing_limit_arcsec:g} arcsec at each setting."
         found = f"{worst:+.3f} arcsec at most, setting {place[1]}" + (f", round {place[0]}" if run.rounds > 1 else "")
         checks.append(Check(sentence, found, abs(worst) <= run.closing_limit_arcsec))
-    lost, bounded = design.lost_orders, stated_number(run.run, "u_face_deviation_arcsec") is not None
-    found = f"order {', '.join(map(str, lost))} lost" if lost else "all of them"
-    if lost and bounded:
-        found += ", bounded by the stated u_face_deviation_arcsec"
-    sentence = "Every order of the encoder's error is told from the faces, or bounded by what is stated of them."
-    checks.append(Check(sentence, found, bounded or not design.lost_from_faces.any()))
     return tuple(checks)
 
 
@@ -75,16 +69,13 @@ def closure_warnings(run: ClosureRun, fitted: FittedCurve, readings_deg: np.ndar
     factor = np.nan_to_num(run.design.noise_factor)
     if factor.max() > WEAK:
         order = int(run.design.orders[int(np.argmax(factor))])
-        plan = f"arcref calibrate closure --plan {run.faces} {_numbers(run.setting)} {run.setting_step_deg:g}"
+        plan = f"arcref calibrate closure {run.run.path.name} --plan"
         warnings.append(
             f"These settings separate order {order} with {factor.max():.1f} times the noise of a whole set; "
             f"'{plan}' says what would do better."
         )
-    if run.design.lost_to_mountings:
-        warnings.append(
-            f"Some settings share no position, so order {', '.join(map(str, run.design.lost_orders))} cannot be told "
-            "from their mountings; it is in neither the curve nor its uncertainty."
-        )
+    if run.design.lost_orders:
+        warnings.append(_lost_sentence(run))
     if run.spread_arcsec > _SAME_PLACE_ARCSEC:
         warnings.append(
             f"Readings that count as one position lie up to {run.spread_arcsec:.0f} arcsec from their mean: an error "
@@ -92,6 +83,19 @@ def closure_warnings(run: ClosureRun, fitted: FittedCurve, readings_deg: np.ndar
         )
     aliased = aliasing_warning(fitted, readings_deg)
     return (*warnings, aliased) if aliased else tuple(warnings)
+
+
+def _lost_sentence(run: ClosureRun) -> str:
+    """Which orders are in neither the curve nor, unless something bounds them, its uncertainty."""
+    orders = ", ".join(map(str, run.design.lost_orders))
+    text = f"These settings cannot tell order {orders} of the encoder's error from "
+    if run.design.lost_to_mountings:
+        text += "the mountings of settings that share no position"
+        text += ", nor from the faces" if run.design.lost_from_faces.any() else ""
+        return f"{text}; it is in neither the curve nor its uncertainty."
+    if stated_number(run.run, "u_face_deviation_arcsec") is None:
+        return f"{text}the faces; it is in neither the curve nor its uncertainty."
+    return f"{text}the faces; it is not in the curve, and its uncertainty is what u_face_deviation_arcsec states."
 
 
 def closure_not_checked(run: ClosureRun) -> tuple[str, ...]:
@@ -106,10 +110,3 @@ def closure_not_checked(run: ClosureRun) -> tuple[str, ...]:
         "The error within a grating line: positions are repeated within "
         f"{run.spread_arcsec:.0f} arcsec, and a line is 316 arcsec wide.",
     )
-
-
-def _numbers(setting: np.ndarray) -> str:
-    """The settings as `--plan` takes them."""
-    numbers = np.unique(setting)
-    whole = np.array_equal(numbers, np.arange(1, len(numbers) + 1))
-    return str(len(numbers)) if whole else ",".join(map(str, numbers))

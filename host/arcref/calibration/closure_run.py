@@ -86,13 +86,11 @@ def read_closure_run(path, sign: int | None = None) -> ClosureRun:
     shows, a face read twice at one setting, a single setting, and metadata that cannot be.
     """
     run = read_run_file(path, (SETTING, FACE, POSITION, X), (ROUND,), known_keys(CLOSURE))
-    faces, step_deg = _faces(run), _step(run)
+    faces, step_deg = stated_faces(run), stated_step_deg(run)
     used_sign, basis = _sign(run, sign)
     if not run.rows:
         raise InputError.at(run.path, "no readings, at least two settings of the polygon were expected")
-    setting = _whole_numbers(run, SETTING, 1, LARGEST_SETTING)
-    face = _whole_numbers(run, FACE, 1, faces) - 1
-    round_ = _whole_numbers(run, ROUND, 1, LARGEST_SETTING) if ROUND in run.columns else np.ones(len(face), int)
+    setting, face, round_ = read_settings(run, faces)
     for column, limit, unit in ((X, LARGEST_X_ARCSEC, "arcsec"), (POSITION, LARGEST_POSITION_DEG, "deg")):
         absurd = np.flatnonzero(np.abs(run[column]) > limit)
         if absurd.size and absurd.size < len(face) / 2:
@@ -121,12 +119,21 @@ def read_closure_run(path, sign: int | None = None) -> ClosureRun:
     )
 
 
+def read_settings(run: RunFile, faces: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Setting (from 1), face (from 0) and round (from 1) of each reading, int[n] each."""
+    setting = _whole_numbers(run, SETTING, 1, LARGEST_SETTING)
+    face = _whole_numbers(run, FACE, 1, faces) - 1
+    round_ = _whole_numbers(run, ROUND, 1, LARGEST_SETTING) if ROUND in run.columns else np.ones(len(face), int)
+    return setting, face, round_
+
+
 def wrapped_deg(angle_deg) -> np.ndarray:
     """The same direction in -180 .. 180 deg."""
     return angle_deg - 360.0 * np.rint(np.asarray(angle_deg) / 360.0)
 
 
-def _faces(run: RunFile) -> int:
+def stated_faces(run: RunFile) -> int:
+    """Number of faces. Raises `InputError` when the metadata do not state it."""
     value = stated_number(run, "faces")
     if value is None:
         raise InputError.at(run.path, "metadata faces is missing: state the number of faces, as in '# faces: 24'")
@@ -136,7 +143,8 @@ def _faces(run: RunFile) -> int:
     return int(value)
 
 
-def _step(run: RunFile) -> float:
+def stated_step_deg(run: RunFile) -> float:
+    """Turn from one setting to the next. Raises `InputError` when the metadata do not state it."""
     value = stated_number(run, "setting_step_deg")
     if value is None:
         problem = (
