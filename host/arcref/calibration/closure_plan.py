@@ -16,11 +16,10 @@ from arcref.calibration.closure_run import (
     SMALLEST_STEP_DEG,
     X,
     read_settings,
-    stated_faces,
     stated_step_deg,
 )
 from arcref.calibration.metadata_keys import CLOSURE, known_keys
-from arcref.calibration.polygon_run import FEWEST_FACES, MOST_FACES
+from arcref.calibration.polygon_metadata import FEWEST_FACES, MOST_FACES, stated_faces
 from arcref.input_error import InputError
 from arcref.run_file import read_run_file
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arcref.calibration.metadata_keys import THEODOLITE, known_keys, stated_number
+from arcref.calibration.metadata_keys import THEODOLITE, known_keys, stated_number, stated_plus_or_minus_one
 from arcref.calibration.theodolite_mistakes import (
     AZIMUTH,
     READING,
@@ -92,7 +92,7 @@ def read_theodolite_run(path) -> TheodoliteRun:
     read twice in one round, too few readings, and metadata that cannot be.
     """
     run = read_run_file(path, (READING, AZIMUTH, ZENITH), (ROUND,), known_keys(THEODOLITE))
-    direction = _direction(run)
+    direction = stated_plus_or_minus_one(run, "encoder_direction") or 1
     u_azimuth, u_zenith = stated_number(run, "u_azimuth_arcsec"), stated_number(run, "u_zenith_arcsec")
     if len(run.rows) < FEWEST_PLACES:
         raise InputError.at(run.path, f"{len(run.rows)} readings, at least {FEWEST_PLACES} were expected")
@@ -113,13 +113,6 @@ def read_theodolite_run(path) -> TheodoliteRun:
     return TheodoliteRun(
         run, direction, datum, basis, reading, azimuth, run[ZENITH], place, round_, u_azimuth, u_zenith
     )
-
-
-def _direction(run: RunFile) -> int:
-    value = stated_number(run, "encoder_direction")
-    if value is not None and abs(value) != 1:
-        raise run.metadata_error("encoder_direction", f"{value:g}, +1 or -1 was expected")
-    return 1 if value is None else int(value)
 
 
 def _datum(run: RunFile, reading_deg: np.ndarray) -> tuple[float, str]:
