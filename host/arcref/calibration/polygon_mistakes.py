@@ -140,11 +140,10 @@ def _alternatives(run: PolygonRun, given: np.ndarray) -> Iterator[_Alternative]:
             "face numbers must rise as the encoder's reading does", given + of_face - turned, 2, parity=parity,
         )  # fmt: skip
     for step in range(1, n):
-        off = step if step <= n // 2 else step - n
         yield _Alternative(
-            "jump", DEVIATION,
-            f"the certificate seems to be {abs(off)} face{'s' * (abs(off) > 1)} {'behind' if off > 0 else 'ahead'}",
-            "face 1 of the run and of the certificate must be one", given + of_face - np.roll(of_face, -step), n - 1,
+            "jump", DEVIATION, f"face 1 of the run seems to be the one whose deviation stands at face {step + 1}",
+            "the certificate must begin at the face that was read first", given + of_face - np.roll(of_face, -step),
+            n - 1,
         )  # fmt: skip
     if len(given) > 1:
         yield from _certificate_slips(run, given, of_face)
