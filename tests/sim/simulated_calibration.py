@@ -31,7 +31,7 @@ NAMED = {
     "jump": "was skipped",
     "clockwise": "was it turned clockwise for counter-clockwise?",
     "certificate-order": "counted clockwise for counter-clockwise",
-    "certificate-shift": "the certificate seems to be 1 face behind",
+    "certificate-shift": "face 1 of the run seems to be the one whose deviation stands at face",
     "certificate-slip": "the polygon seems to have jumped one face",
 }
 """What must be said of each mistake of the operator."""
