@@ -143,6 +143,14 @@ BAD = {
         every(lambda s, f, p, x: (s, f, p, x / 60)),
         None,
     ),
+    "x in arcmin of the other sign": (
+        every(lambda s, f, p, x: (s, f, p, -x / 60)),
+        None,
+    ),
+    "x in a unit of its own": (
+        every(lambda s, f, p, x: (s, f, p, x / 7)),
+        None,
+    ),
     "another unit of uncertainty": (
         with_metadata(META + "# u_face_certificate_arcsec: 0.1\n"),
         None,
@@ -171,6 +179,8 @@ PARTS = {
     "polygon turned the other way": "all positions fit a polygon turned the other way: setting_step_deg is 45, not -45",
     "x with the other sign": "with this column with the other sign: autocollimator_sign is +1, not -1",
     "x in arcmin under the name of arcsec": "with this column taken for arcmin",
+    "x in arcmin of the other sign": "with this column taken for arcmin and with the other sign",
+    "x in a unit of its own": "with this column times 7",
     "another unit of uncertainty": "the uncertainty 'u_face_certificate_arcsec' is not one of this kind of run",
     "negative uncertainty": "u_autocollimator_arcsec: -0.1 is below 0, the least that can be",
     "UTF-16": "UTF-16",
