@@ -1,5 +1,7 @@
 """Simulated polygon runs from the file to the ROM, against the truth: what is left, what is stated, what is named."""
 
+import re
+
 import numpy as np
 import pytest
 from simulated_calibration import NAMED, SimulatedCalibration, corrected_errors_arcsec, rms
@@ -121,7 +123,7 @@ def test_a_mistake_in_the_order_of_faces_is_named_for_every_polygon(mistake, fac
     for rounds in (1, 4):
         for seed in range(4):
             line = complaint(SimulatedCalibration(seed, faces=faces, rounds=rounds, mistake=mistake), tmp_path)
-            assert NAMED[mistake] in line
+            assert re.search(NAMED[mistake], line)
             assert f"{tmp_path / 'run.csv'}, row " in line
 
 
@@ -134,7 +136,7 @@ def test_a_mistake_in_the_numbers_is_named_from_what_the_rounds_say(mistake, fac
             continue
         for seed in range(6):
             calibration = SimulatedCalibration(seed, faces=faces, rounds=rounds, mistake=mistake, conditions=conditions)
-            assert NAMED[mistake] in complaint(calibration, tmp_path), (seed, rounds)
+            assert re.search(NAMED[mistake], complaint(calibration, tmp_path)), (seed, rounds)
 
 
 @pytest.mark.parametrize("faces", [36, 72])
@@ -144,5 +146,5 @@ def test_a_certificate_copied_wrongly_is_named_where_faces_are_many(mistake, fac
     for rounds in (1, 3):
         for seed in range(4):
             line = complaint(SimulatedCalibration(seed, faces=faces, rounds=rounds, mistake=mistake), tmp_path)
-            assert NAMED[mistake] in line, (seed, rounds)
+            assert re.search(NAMED[mistake], line), (seed, rounds)
             assert "column face_deviation_arcsec" in line
