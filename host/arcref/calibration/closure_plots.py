@@ -44,7 +44,7 @@ def residuals_plot(run: ClosureRun, residual_arcsec: np.ndarray, outlier: np.nda
         axes = figure.add_subplot()
         extent = (0.5, run.faces + 0.5, design.series_count + 0.5, 0.5)
         image = axes.imshow(table, cmap="RdBu_r", vmin=-limit, vmax=limit, aspect="auto", extent=extent)
-        axes.plot(faces[outlier] + 1, design.series[outlier] + 1, "o", mfc="none", mec=READING_COLOUR, ms=9)
+        axes.plot(faces[outlier] + 1, design.series[outlier] + 1, "o", mfc="none", mec=BEFORE_COLOUR, mew=1.8, ms=9)
         labels = _series_labels(run)
         shown = np.unique(np.linspace(0, len(labels) - 1, min(len(labels), 12)).round().astype(int))
         axes.set_yticks(shown + 1, [labels[index] for index in shown])
