@@ -231,6 +231,9 @@ METADATA_KEYS = (
 )
 """Every key that some verb or the report knows. Other keys are kept and shown as they stand."""
 
+LARGEST_STATED = 1e6
+"""No number that a run file states is larger."""
+
 KEYS_BY_NAME = {key.name: key for key in METADATA_KEYS}
 
 
@@ -242,7 +245,7 @@ def known_keys(kind: str) -> tuple[str, ...]:
 def stated_number(run: RunFile, name: str) -> float | None:
     """The number that `run` states under the key `name`, or None when it does not.
 
-    Raises `InputError` when what stands there is no finite number, or below the key's least.
+    Raises `InputError` when what stands there is no finite number, below the key's least, or absurdly large.
     """
     text = run.metadata.get(name)
     if text is None or not text.strip():
@@ -257,6 +260,8 @@ def stated_number(run: RunFile, name: str) -> float | None:
         raise run.metadata_error(name, f"{shown!r} is not a finite number ({key.unit} expected)")
     if value < key.lowest:
         raise run.metadata_error(name, f"{shown} is below {key.lowest:g}, the least that can be")
+    if abs(value) > LARGEST_STATED:
+        raise run.metadata_error(name, f"{shown} is beyond {LARGEST_STATED:g}, more than can be")
     return value
 
 

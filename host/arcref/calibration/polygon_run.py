@@ -19,6 +19,7 @@ LARGEST = {DEVIATION: 300.0, X: 3600.0, Y: 7200.0}
 """Readings beyond these, in arcsec, are taken for slips: no polygon and no autocollimator goes so far."""
 
 LARGEST_ROLL_ARCMIN = 120.0
+MOST_ROUNDS = 10_000
 LARGEST_POSITION_DEG = 36_000.0
 
 
@@ -100,7 +101,9 @@ def read_polygon_run(path, sign: int | None = None) -> PolygonRun:
         problem = f"{len(run.rows)} readings, at least one for each of the {faces} faces was expected"
         raise InputError.at(run.path, problem)
     position = _positions(run, column)
-    rounds = _whole_numbers(run, ROUND, "whole numbers from 1 were expected", lambda values: values >= 1)
+    rounds = _whole_numbers(
+        run, ROUND, "whole numbers from 1 were expected", lambda values: (values >= 1) & (values <= MOST_ROUNDS)
+    )
     directions = _whole_numbers(
         run,
         DIRECTION,
