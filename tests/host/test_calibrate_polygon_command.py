@@ -205,6 +205,16 @@ def test_as_found_and_as_left(run, calibrate, tmp_path):
     assert "As left" in page or "as left" in page
 
 
+def test_two_encoders_are_not_one_found_and_left(run, arcref, tmp_path):
+    found = run()
+    left = run("left.csv", metadata=(*STATED, ("encoder_serial", "AR-8")))
+    result = arcref("calibrate", "polygon", found, "-o", tmp_path / "cal.json", "--as-left", left)
+    assert result.exit_code == 2
+    expected = "metadata encoder_serial: 'AR-8', but run.csv is of 'AR-7': one encoder was expected, found and left"
+    assert result.stderr == f"arcref: {left}, row 7: {expected}\n"
+    assert not (tmp_path / "cal.json").exists()
+
+
 def test_what_is_missing_is_named_and_not_guessed(run, calibrate):
     result, content = calibrate(run(metadata=(), certificate=False, rounds=1, noise_arcsec=0.05))
     for text in (

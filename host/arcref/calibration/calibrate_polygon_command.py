@@ -7,6 +7,7 @@ import click
 
 from arcref.calibration.calibration_output import OutputOptions, calibration_options, finish_calibration
 from arcref.calibration.calibration_result import CalibrationResult
+from arcref.calibration.fit_options import FitOptions, second_curve
 from arcref.calibration.monte_carlo import FEWEST_RUNS
 from arcref.calibration.polygon_mistakes import suspected_mistake
 from arcref.calibration.polygon_reduction import PolygonReduction, reduce_polygon
@@ -14,7 +15,6 @@ from arcref.calibration.polygon_result import PolygonOptions, polygon_result
 from arcref.calibration.polygon_run import X, read_polygon_run
 from arcref.error_curve import ErrorCurve
 from arcref.input_file import read_input_file
-from arcref.rom_command import read_curve
 
 SIGNS = {"+1": 1, "-1": -1}
 
@@ -64,16 +64,14 @@ def polygon(
         reduction, suspicion = reduced(path)
         return polygon_result(reduction, replace(options, suspicion=suspicion))
 
-    second = None
-    if verify is not None:
-        second = second_curve(verify, lambda path: reduced(path)[0])
-    options = PolygonOptions(
-        fit, compare, second, monte_carlo_runs or 0, plots=report is not None, progress=True,
-    )  # fmt: skip
+    second = second_curve(verify, X, lambda path: reduced_curve(reduced(path)[0]))
+    options = PolygonOptions(FitOptions(fit, compare, second, report is not None), monte_carlo_runs or 0, progress=True)
     result = calibrated(run, options)
-    left = None if as_left is None else calibrated(as_left, replace(options, second=None))
     if verify is not None:
         result.provenance["verified_with"] = read_input_file(verify).record
+    left = None
+    if as_left is not None:
+        left = calibrated(as_left, replace(options, fit=replace(options.fit, second=None)))
     finish_calibration(result, files, left)
 
 
@@ -92,9 +90,6 @@ def reduced_run(
     return reduce_polygon(run, tilt_correction), told
 
 
-def second_curve(path: Path, reduced) -> ErrorCurve:
-    """The curve of a second run: a polygon run, which `reduced` reduces, a reduced curve, or a calibration."""
-    if path.suffix.lower() != ".json" and X in read_input_file(path).text():
-        reduction = reduced(path)
-        return ErrorCurve(reduction.angle_deg, reduction.error_arcsec)
-    return read_curve(path)
+def reduced_curve(reduction: PolygonReduction) -> ErrorCurve:
+    """The errors alone, for a run that only verifies."""
+    return ErrorCurve(reduction.angle_deg, reduction.error_arcsec)

@@ -18,6 +18,7 @@ from arcref.calibration.fits.fit_names import DEFAULT_FIT, FIT_NAMES
 from arcref.calibration_file import FORMAT, VERSION
 from arcref.input_error import InputError
 from arcref.output_files import check_outputs
+from arcref.run_file import RunFile
 
 FILE = click.Path(path_type=Path)
 
@@ -104,8 +105,11 @@ def finish_calibration(
 ) -> None:
     """Write the files, print what a person reads, and end with status 1 when a check failed.
 
-    The calibration is that of the encoder as left when there are two: its correction is the one to use.
+    The calibration is that of the encoder as left when there are two: its correction is the one to use. Raises
+    `InputError` when the two are of different encoders.
     """
+    if as_left is not None:
+        _refuse_another_encoder(result.run, as_left.run)
     final = as_left or result
     contents = {options.output: _json(calibration_json(final))}
     if options.json:
@@ -124,6 +128,15 @@ def finish_calibration(
     _print(result, as_left, list(contents))
     if not all(each.passed for each in (result, as_left) if each is not None):
         raise click.exceptions.Exit(1)
+
+
+def _refuse_another_encoder(found: RunFile, left: RunFile) -> None:
+    serials = [run.metadata.get("encoder_serial") for run in (found, left)]
+    if all(serials) and serials[0] != serials[1]:
+        problem = (
+            f"{serials[1]!r}, but {found.path.name} is of {serials[0]!r}: one encoder was expected, found and left"
+        )
+        raise left.metadata_error("encoder_serial", problem)
 
 
 def _json(content: dict) -> bytes:

@@ -1,4 +1,4 @@
-"""How closure and theodolite calibrations fit their curve, and what they say of the fit in results and report."""
+"""How calibrations fit their curve, and what they say of the fit in results and report."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
