@@ -161,7 +161,8 @@ def test_outside_an_arc_there_is_nothing(key, name):
     inside = np.linspace(first, last, 200)
     for turn in (-360, 0, 360):
         assert fit.covers(inside + turn).all()
-        assert np.abs(fit.evaluate(inside + turn) - fit.evaluate(inside)).max() < 1e-9
+        for values in (fit.evaluate, fit.u_arcsec, fit.interpolation_u_arcsec):
+            assert np.abs(values(inside + turn) - values(inside)).max() < 1e-9
 
 
 @each_fit

@@ -84,7 +84,7 @@ def compare_fits(chosen: FittedCurve, second: ErrorCurve | None = None) -> FitCo
                 fits.append(fit_curve(curve, name))
             except InputError as error:
                 refused.append(f"{name}: {error}")
-    angle_deg = _everywhere(chosen)
+    angle_deg = measured_angles_deg(chosen)
     there = chosen.evaluate(angle_deg)
     figures = [_figures(fit, second, angle_deg, there) for fit in fits]
     rms = _rms(curve.error_arcsec)
@@ -130,7 +130,7 @@ def _figures(
     )
 
 
-def _everywhere(fit: FittedCurve) -> np.ndarray:
+def measured_angles_deg(fit: FittedCurve) -> np.ndarray:
     """Angles a quarter of a degree apart, those that were measured."""
     angle_deg = fit.curve.angle_deg[0] + np.arange(1440) / 4
     return angle_deg[fit.covers(angle_deg)]

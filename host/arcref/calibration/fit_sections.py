@@ -4,7 +4,7 @@ import numpy as np
 
 from arcref.calibration.aliasing import BLIND, Alias, aliases, exposure_at, telling_offsets
 from arcref.calibration.calibration_result import ReportSection
-from arcref.calibration.fit_comparison import FitComparison, FitFigures
+from arcref.calibration.fit_comparison import FitComparison, FitFigures, measured_angles_deg
 from arcref.calibration.fit_plot import comparison_plot, fit_plot
 from arcref.calibration.fits.curve_fit import FittedCurve
 from arcref.calibration.harmonics import harmonics
@@ -25,7 +25,7 @@ OFFSETS_SHOWN = 4
 def fit_section(fit: FittedCurve, plots: bool = True) -> ReportSection:
     """The fit that goes into the ROM: what it is, and its figures; `plots` draws it, which takes most of the time."""
     curve = fit.curve
-    angle_deg = np.linspace(curve.angle_deg[0], curve.angle_deg[-1], 1441)
+    angle_deg = measured_angles_deg(fit)
     u, between = fit.u_arcsec(angle_deg), fit.interpolation_u_arcsec(angle_deg)
     rows = [("fit", fit.title)]
     rows += [(_parameter_name(key), _parameter_value(key, value)) for key, value in fit.parameters.items()]

@@ -127,7 +127,7 @@ class FittedCurve(ABC):
         modes = self._modes
 
         def departure(block):
-            missed = self.weights(block) @ modes.at(self.curve.angle_deg) - modes.at(block)
+            missed = self.weights(block) @ modes.at(self.curve.angle_deg) - modes.at(self._along_arc(block))
             return np.where(self.covers(block), np.sqrt(missed**2 @ modes.variance_arcsec2), np.nan)
 
         return self._by_blocks(angle_deg, departure)
