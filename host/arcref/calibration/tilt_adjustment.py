@@ -86,7 +86,8 @@ def adjustment_sentences(tilt: TowerTilt, screws: AdjustingScrews | None, faces:
     far = 1 + round((tilt.omega_deg + 180.0) % 360.0 / (360.0 / faces)) % faces
     sentences = [
         f"Tip the polygon towards {round(tilt.omega_deg, 1) % 360.0:.1f} deg from face 1 (nearest face {high}): lower "
-        f"that side, or raise the far one (nearest face {far}), by {rise_um_per_100_mm(tilt):.1f} um per 100 mm from the axis."
+        f"that side, or raise the far one (nearest face {far}), by "
+        f"{rise_um_per_100_mm(tilt):.1f} um per 100 mm from the axis."
     ]
     if math.isnan(tilt.u_psi_arcsec) or tilt.psi_arcsec < CLEAR * tilt.u_psi_arcsec:
         sentences.append("The tilt is not clear of its uncertainty: there is nothing to turn.")
