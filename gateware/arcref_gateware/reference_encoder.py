@@ -17,7 +17,6 @@ from amaranth.utils import exact_log2
 from arcref.angle import ANGLE_BITS, POSITION_BITS
 from arcref.correction_rom import CorrectionRom
 from arcref.flags import Flag
-from arcref.rom_identity import identity_words
 from arcref_gateware.capture import CORRECTED_CLOCKS, RAW_CLOCKS, Capture, corrected_position
 from arcref_gateware.closure_check import CLOSURE_BITS, CLOSURE_CLOCKS, ClosureCheck
 from arcref_gateware.correction import CORRECTION_CLOCKS, Correction
@@ -37,6 +36,7 @@ from arcref_gateware.strobe_delay import (
     STROBE_REFUSED_CLOCKS,
     StrobeDelay,
 )
+from arcref_gateware.table_contents import placeholder_contents, rom_contents
 from arcref_gateware.time_counter import TimeCounter
 
 SUMS_READY = QUADRATURE_CLOCKS + PARTIAL_SUM_CLOCKS
@@ -57,13 +57,14 @@ FIRST_CORRECTED_WORD = ROM_VERDICT_WORD + 1
 class ReferenceEncoder(wiring.Component):
     """The core of the instrument, pure logic over sample words.
 
-    Parameters: `rom`, the correction; `samples_per_word` (1, 2 or 4); `gate_state`, the (A, B) of the zero mark;
-    `strobe_delay`, the reset value of the delay in sample periods (0..65535). Raises ValueError for others.
+    Parameters: `rom`, the correction, or None for the placeholder contents of a bitstream that gets its ROM later;
+    `samples_per_word` (1, 2 or 4); `gate_state`, the (A, B) of the zero mark; `strobe_delay`, the reset value of the
+    delay in sample periods (0..65535). Raises ValueError for others.
     """
 
     def __init__(
         self,
-        rom: CorrectionRom,
+        rom: CorrectionRom | None,
         samples_per_word: int = 4,
         *,
         gate_state: tuple[int, int] = DEFAULT_GATE_STATE,
@@ -75,6 +76,7 @@ class ReferenceEncoder(wiring.Component):
         if len(gate_state) != 2 or not set(gate_state) <= {0, 1}:
             raise ValueError(f"the gate state is a pair of levels of A and B, not {gate_state!r}")
         self.rom = rom
+        self.contents = placeholder_contents() if rom is None else rom_contents(rom)
         self.samples_per_word = samples_per_word
         self.gate_state = gate_state
         super().__init__(
@@ -165,9 +167,9 @@ class ReferenceEncoder(wiring.Component):
         m.submodules.partial_sums = sums = PartialSums(samples)
         m.submodules.position = position = PositionAccumulator()
         m.submodules.strobe_delay = strobe = StrobeDelay(samples)
-        m.submodules.correction = correction = Correction(self.rom.line_table, self.rom.subdivision_table)
+        m.submodules.correction = correction = Correction(self.contents.line, self.contents.subdivision)
         m.submodules.capture = capture = Capture(samples)
-        m.submodules.rom_check = rom_check = RomCheck(identity_words(self.rom))
+        m.submodules.rom_check = rom_check = RomCheck(self.contents.identity)
         m.submodules.closure_check = closure = ClosureCheck()
         m.submodules.edge_spacing = spacing = EdgeSpacing(samples)
         m.submodules.illegal_steps = illegal = IllegalSteps(samples)
