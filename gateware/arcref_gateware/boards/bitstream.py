@@ -30,6 +30,10 @@ class Bitstream(BlockRamImage, ABC):
     def with_bits(self, bits: np.ndarray) -> bytes:
         """The file with other contents in its block RAMs, its checksums made right."""
 
+    def block_rams_only(self) -> bytes:
+        """A file with the same contents of the block RAMs that unpacks quickly; the whole one where that is quick."""
+        return self.content
+
     @property
     def board(self) -> str | None:
         """Name of the board that the head gives, None when it gives none."""
