@@ -4,28 +4,34 @@ The pattern stays at each level for `run_samples` samples, longer than a word, a
 the word in turn. Read in the right order, every run comes back with its length, to within what a pad's edges cost.
 Any other order of the samples in a word tears the edges that lie inside it and makes runs of a few samples; a word
 lost or taken twice shortens or lengthens a run by a word. The check passes when edges were seen at every place and
-`RUNS` runs in a row were right; it fails with the first wrong run, or when the pattern does not come at all.
+`RUNS` runs were right; it fails with the first wrong run, or when the pattern does not come at all.
 
 What it cannot see: it looks at the spare pad's own path. That A, B, Z and strobe are cut into words at the same
 sample as it is rests on the start-up sequence (`start_up`), which starts all of them with the same edge of the clock.
 """
 
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Cat, Module, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
+
+from arcref_gateware.register_stages import delayed
 
 RUNS = 1024
-"""Right runs that must come one after the other."""
+"""Right runs that must come; a power of two."""
 
 TOLERANCE_SAMPLES = 2
 """A run may be off by so many samples: edges that fall near a sample, and a pad that rises and falls unequally fast."""
 
 SETTLE_WORDS = 64
-"""Words before the first one that counts: the pad starts to be driven, registers fill."""
+"""Words before the first one that counts: the pad starts to be driven, registers fill. A power of two."""
+
+WORDS_BITS = 3
+"""Width of the counter of words within a run; at its end it stays, which is too long a run."""
 
 
 class AlignmentCheck(wiring.Component):
-    """Judges the words of the alignment pad, in the domain `word`.
+    """Judges the words of the alignment pad.
 
     `run_samples` is the length of the pattern's runs, a fraction where the pattern has a clock of its own. It must
     leave `samples_per_word` samples and more when the tolerance is taken off. Raises ValueError for others.
@@ -34,10 +40,11 @@ class AlignmentCheck(wiring.Component):
     def __init__(self, samples_per_word: int, run_samples: float):
         self.shortest = int(run_samples) - TOLERANCE_SAMPLES
         self.longest = -int(-run_samples // 1) + TOLERANCE_SAMPLES
-        if samples_per_word < 2 or self.shortest < samples_per_word:
+        longest_words = -(-self.longest // samples_per_word)
+        if samples_per_word < 2 or self.shortest < samples_per_word or longest_words >= (1 << WORDS_BITS) - 1:
             raise ValueError(f"runs of {run_samples!r} samples cannot show the order of {samples_per_word!r} in a word")
         self.samples_per_word = samples_per_word
-        self.longest_words = SETTLE_WORDS + 2 * RUNS * (self.longest // samples_per_word + 1)
+        self.time_limit_words = SETTLE_WORDS + 2 * RUNS * longest_words
         super().__init__({"word": In(samples_per_word), "drive": Out(1), "passed": Out(1), "failed": Out(1)})
 
     word: In
@@ -53,71 +60,72 @@ class AlignmentCheck(wiring.Component):
         m = Module()
         samples = self.samples_per_word
 
-        # Where the level changes: between sample k and the one before it.
-        last = Signal()
-        changes = Signal(samples)
-        m.d.word += [
-            last.eq(self.word[-1]),
-            changes.eq(self.word ^ ((self.word << 1) | last)),
-        ]
-
-        # Of a word without torn edges: its one change, and the length of the run that ends there.
-        several = Signal()
-        change = Signal()
-        places = Signal(samples)
-        place = Signal(range(samples))
-        m.d.word += [several.eq((changes & (changes - 1)).any()), change.eq(changes.any()), places.eq(changes)]
+        # Where the level changes: between sample k and the one before it. A word torn apart changes more than once.
+        last = Signal(reset_less=True)
+        changes = Signal(samples, reset_less=True)
+        m.d.sync += [last.eq(self.word[-1]), changes.eq(self.word ^ ((self.word << 1) | last))]
+        torn = Signal(reset_less=True)
+        change = Signal(reset_less=True)
+        places = Signal(samples, reset_less=True)
+        place = Signal(range(samples), reset_less=True)
+        pairs = [changes[i] & changes[k] for k in range(samples) for i in range(k)]
+        m.d.sync += [torn.eq(Cat(pairs).any()), change.eq(changes.any()), places.eq(changes)]
         for k in range(samples):
             with m.If(changes[k]):
-                m.d.word += place.eq(k)
-        too_long = self.longest + 1
-        since_change = Signal(range(too_long + samples + 1))  # samples of the present run before this word
-        length = Signal(range(too_long + 2 * samples + 1))
-        ended = Signal()
-        torn = Signal()
-        seen_places = Signal(samples)
-        m.d.word += [
-            length.eq(since_change + place),
-            ended.eq(change),
-            torn.eq(several),
-            seen_places.eq(places),
-            since_change.eq(
-                Mux(change, samples - place, Mux(since_change >= too_long, too_long, since_change + samples))
-            ),
+                m.d.sync += place.eq(k)
+
+        # Length of the run that a change ends: words since the change before it, and where in their words both are.
+        words_since = Signal(WORDS_BITS, reset_less=True)
+        place_before = Signal(range(samples), reset_less=True)
+        with m.If(change):
+            m.d.sync += [words_since.eq(1), place_before.eq(place)]
+        with m.Elif(~words_since.all()):
+            m.d.sync += words_since.eq(words_since + 1)
+        ended, was_torn = Signal(2, reset_less=True), Signal(2, reset_less=True)
+        run_words = Signal(WORDS_BITS, reset_less=True)
+        run_places = Signal(signed(exact_log2(samples) + 1), reset_less=True)
+        length = Signal(signed(WORDS_BITS + exact_log2(samples) + 2), reset_less=True)
+        m.d.sync += [
+            run_words.eq(words_since),
+            run_places.eq(place - place_before),
+            length.eq(run_words * samples + run_places),
+            ended.eq(Cat(change, ended)),
+            was_torn.eq(Cat(torn, was_torn)),
         ]
-        wrong = Signal()
-        right = Signal()
-        good_places = Signal(samples)
+        wrong = Signal(reset_less=True)
+        right = Signal(reset_less=True)
         in_limits = (length >= self.shortest) & (length <= self.longest)
-        m.d.word += [
-            wrong.eq(torn | (ended & ~in_limits)),
-            right.eq(ended & ~torn & in_limits),
-            good_places.eq(seen_places),
+        m.d.sync += [
+            wrong.eq(was_torn[-1] | (ended[-1] & ~in_limits)),
+            right.eq(ended[-1] & ~was_torn[-1] & in_limits),
         ]
+        good_places = delayed(m, places, 4, name="places")
 
         # The verdict. The run that is under way when the judging begins is whole: the pattern has run for a while.
-        words = Signal(range(self.longest_words + 1))
+        words = Signal(self.time_limit_words.bit_length() + 1)
+        late = words[-1]
         settled = Signal()
-        runs = Signal(range(RUNS + 1))
+        wrong_due = Signal()
+        right_due = Signal()
+        runs = Signal(RUNS.bit_length())
         all_places = Signal(samples)
-        late = Signal()
         enough = Signal()
-        m.d.word += [
-            settled.eq(words >= SETTLE_WORDS),
-            late.eq(words == self.longest_words),
-            enough.eq((runs == RUNS) & all_places.all()),
+        m.d.sync += [
+            settled.eq(settled | words[SETTLE_WORDS.bit_length() - 1]),
+            wrong_due.eq(wrong & settled),
+            right_due.eq(right & settled),
+            enough.eq(runs[-1] & all_places.all()),
+            self.drive.eq(~self.passed & ~self.failed),
         ]
-        judging = Signal()
-        m.d.comb += [judging.eq(~self.passed & ~self.failed), self.drive.eq(judging)]
-        with m.If(judging):
-            m.d.word += words.eq(words + 1)
-            with m.If(settled):
-                with m.If(right):
-                    m.d.word += all_places.eq(all_places | good_places)
-                    with m.If(runs != RUNS):
-                        m.d.word += runs.eq(runs + 1)
-                with m.If(wrong | late):
-                    m.d.word += self.failed.eq(1)
-                with m.Elif(enough):
-                    m.d.word += self.passed.eq(1)
+        with m.If(~late):
+            m.d.sync += words.eq(words + 1)
+        with m.If(right_due):
+            m.d.sync += all_places.eq(all_places | good_places)
+        with m.If(right_due & ~runs[-1]):
+            m.d.sync += runs.eq(runs + 1)
+        with m.If(~self.passed & ~self.failed):
+            with m.If(wrong_due | late):
+                m.d.sync += self.failed.eq(1)
+            with m.Elif(enough):
+                m.d.sync += self.passed.eq(1)
         return m

@@ -42,8 +42,8 @@ class BoardTop(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         board = self.board
-        add_word_domains(m)
-        m.submodules.clocks = clocks = (Ecp5Clocks if board.family == "ecp5" else Ice40Clocks)(board)
+        word_clock = add_word_domains(m)
+        m.submodules.clocks = clocks = (Ecp5Clocks if board.family == "ecp5" else Ice40Clocks)(board, word_clock)
         m.submodules.instrument = instrument = self.instrument
         m.d.comb += ResetSignal("sync").eq(instrument.hold)
         sampler = self._sampler(m, platform, clocks, instrument)

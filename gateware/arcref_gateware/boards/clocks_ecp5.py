@@ -4,25 +4,28 @@ four samples a word:  CLKOP -> ECLKSYNCB -> edge clock -> CLKDIVF / 2 -> word cl
 one or two:           CLKOP -> word clock
 """
 
-from amaranth.hdl import ClockDomain, ClockSignal, Const, Instance, Module, Signal
+from amaranth.hdl import ClockDomain, Const, Instance, Module, Signal
 from amaranth.lib import io, wiring
 from amaranth.lib.cdc import ResetSynchronizer
 from amaranth.lib.wiring import Out
 
 from arcref_gateware.boards.board import Board
+from arcref_gateware.boards.constrained_clock import constrained_clock
 from arcref_gateware.boards.pattern_clock import pattern_divider
 from arcref_gateware.boards.start_up import StartUp
 from arcref_gateware.boards.word_clock import word_clock_pll
 
 
 class Ecp5Clocks(wiring.Component):
-    """Makes the domains `word`, `start` and `pattern`, for four samples a word `edge` as well.
+    """Drives `word_clock`, the clock of the domain `word`, and its reset; makes `start`, `pattern` and `edge`.
 
-    `word` is in reset until everything has started; `pattern` and `edge` have no reset.
+    `word` is in reset until everything has started; the others have no reset. `edge` is there for four samples a
+    word only.
     """
 
-    def __init__(self, board: Board):
+    def __init__(self, board: Board, word_clock: Signal):
         self.board = board
+        self.word_clock = word_clock
         super().__init__({"gearing_reset": Out(1), "ready": Out(1)})
 
     gearing_reset: Out
@@ -36,14 +39,17 @@ class Ecp5Clocks(wiring.Component):
         pll = word_clock_pll(board.family, board.samples_per_word, board.oscillator_hz, board.word_clock_hz)
         divider = pattern_divider(pll.output_divider)
 
-        oscillator = Signal()
+        oscillator = constrained_clock(platform, "oscillator_clock", board.oscillator_hz)
         m.submodules.oscillator = pad = io.Buffer("i", platform.request(platform.default_clk, dir="-"))
         m.d.comb += oscillator.eq(pad.i)
-        m.domains.start = ClockDomain(reset_less=True)
-        m.d.comb += ClockSignal("start").eq(oscillator)
+        m.domains.start = start = ClockDomain(reset_less=True)
+        m.domains.pattern = pattern = ClockDomain(reset_less=True)
+        word_clock = constrained_clock(platform, "word_clock", board.word_clock_hz)
+        pattern_clock = constrained_clock(platform, "pattern_clock", pll.vco_hz / divider)
+        m.d.comb += [start.clk.eq(oscillator), pattern.clk.eq(pattern_clock), self.word_clock.eq(word_clock)]
 
-        pll_clock = Signal()
-        pattern_clock = Signal()
+        geared = board.samples_per_word == 4
+        pll_clock = constrained_clock(platform, "pll_clock", pll.output_hz) if geared else word_clock
         locked = Signal()
         m.submodules.pll = Instance(
             "EHXPLLL",
@@ -85,9 +91,6 @@ class Ecp5Clocks(wiring.Component):
             o_CLKOS=pattern_clock,
             o_LOCK=locked,
         )
-        m.domains.pattern = ClockDomain(reset_less=True)
-        m.d.comb += ClockSignal("pattern").eq(pattern_clock)
-        platform.add_clock_constraint(pattern_clock, pll.vco_hz / divider)
 
         m.submodules.start_up = start_up = StartUp(board.oscillator_hz)
         m.d.comb += [
@@ -96,10 +99,10 @@ class Ecp5Clocks(wiring.Component):
             self.ready.eq(start_up.ready),
         ]
 
-        word_clock = pll_clock
-        if board.samples_per_word == 4:
-            edge_clock = Signal()
-            word_clock = Signal()
+        if geared:
+            m.domains.edge = edge = ClockDomain(reset_less=True)
+            edge_clock = constrained_clock(platform, "edge_clock", pll.output_hz)
+            m.d.comb += edge.clk.eq(edge_clock)
             m.submodules.edge_clock = Instance("ECLKSYNCB", i_ECLKI=pll_clock, i_STOP=start_up.stop, o_ECLKO=edge_clock)
             m.submodules.word_clock = Instance(
                 "CLKDIVF",
@@ -110,10 +113,5 @@ class Ecp5Clocks(wiring.Component):
                 i_ALIGNWD=Const(0),
                 o_CDIVX=word_clock,
             )
-            m.domains.edge = ClockDomain(reset_less=True)
-            m.d.comb += ClockSignal("edge").eq(edge_clock)
-            platform.add_clock_constraint(edge_clock, pll.output_hz)
-        m.d.comb += ClockSignal("word").eq(word_clock)
-        platform.add_clock_constraint(word_clock, board.word_clock_hz)
         m.submodules.word_reset = ResetSynchronizer(~start_up.ready, domain="word")
         return m

@@ -1,24 +1,26 @@
 """Clocks of an iCE40 board: oscillator -> SB_PLL40 -> word clock."""
 
-from amaranth.hdl import ClockDomain, ClockSignal, Const, Instance, Module, Signal
+from amaranth.hdl import ClockDomain, Const, Instance, Module, Signal
 from amaranth.lib import io, wiring
 from amaranth.lib.cdc import ResetSynchronizer
 from amaranth.lib.wiring import Out
 
 from arcref_gateware.boards.board import Board
+from arcref_gateware.boards.constrained_clock import constrained_clock
 from arcref_gateware.boards.pin_tables import package_balls
 from arcref_gateware.boards.start_up import StartUp
 from arcref_gateware.boards.word_clock import word_clock_pll
 
 
 class Ice40Clocks(wiring.Component):
-    """Makes the domains `word`, in reset until everything has started, and `start`.
+    """Drives `word_clock`, the clock of the domain `word`, and its reset until everything has started; makes `start`.
 
     An oscillator on the pad of a PLL feeds that PLL directly (SB_PLL40_PAD), another one through the fabric.
     """
 
-    def __init__(self, board: Board):
+    def __init__(self, board: Board, word_clock: Signal):
         self.board = board
+        self.word_clock = word_clock
         super().__init__({"ready": Out(1)})
 
     ready: Out
@@ -29,8 +31,10 @@ class Ice40Clocks(wiring.Component):
         board = self.board
         pll = word_clock_pll(board.family, board.samples_per_word, board.oscillator_hz, board.word_clock_hz)
         port = platform.request(platform.default_clk, dir="-")
-        word_clock = Signal()
-        start_clock = Signal()
+        word_clock = constrained_clock(platform, "word_clock", board.word_clock_hz)
+        oscillator = constrained_clock(platform, "oscillator_clock", board.oscillator_hz)
+        m.domains.start = start = ClockDomain(reset_less=True)
+        m.d.comb += [start.clk.eq(oscillator), self.word_clock.eq(word_clock)]
         locked = Signal()
         settings = {
             "p_DIVR": Const(pll.divr, 4),
@@ -47,26 +51,21 @@ class Ice40Clocks(wiring.Component):
                 "SB_PLL40_2_PAD",
                 **settings,
                 i_PACKAGEPIN=port.io,
-                o_PLLOUTGLOBALA=start_clock,
+                o_PLLOUTGLOBALA=oscillator,
                 o_PLLOUTGLOBALB=word_clock,
                 p_PLLOUT_SELECT_PORTB="GENCLK",
             )
-            platform.add_clock_constraint(start_clock, board.oscillator_hz)
         else:
             m.submodules.oscillator = pad = io.Buffer("i", port)
-            m.d.comb += start_clock.eq(pad.i)
+            m.d.comb += oscillator.eq(pad.i)
             m.submodules.pll = Instance(
                 "SB_PLL40_CORE",
                 **settings,
-                i_REFERENCECLK=start_clock,
+                i_REFERENCECLK=oscillator,
                 o_PLLOUTGLOBAL=word_clock,
                 p_PLLOUT_SELECT="GENCLK",
             )
-        m.domains.start = ClockDomain(reset_less=True)
-        m.d.comb += ClockSignal("start").eq(start_clock)
         m.submodules.start_up = start_up = StartUp(board.oscillator_hz)
         m.d.comb += [start_up.locked.eq(locked), self.ready.eq(start_up.ready)]
-        m.d.comb += ClockSignal("word").eq(word_clock)
-        platform.add_clock_constraint(word_clock, board.word_clock_hz)
         m.submodules.word_reset = ResetSynchronizer(~start_up.ready, domain="word")
         return m

@@ -3,7 +3,7 @@
 All of a board but its pads and clocks, so that it can be simulated whole.
 """
 
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Cat, DomainRenamer, Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -15,6 +15,22 @@ from arcref_gateware.reference_encoder import ReferenceEncoder
 
 HEARTBEAT_HZ = 1.0
 """About how often the heartbeat LED blinks: a power of two of word clocks, so between 0.5 and 1 times a second."""
+
+UNREAD_OUTPUTS = (
+    "raw_position",
+    "illegal_steps",
+    "closure_error",
+    "largest_closure_error",
+    "index_count",
+    "capture_valid",
+    "capture_position",
+    "capture_raw",
+    "capture_time",
+    "shortest_edge_spacing",
+    "first_illegal_position",
+    "first_illegal_time",
+)
+"""Outputs of the core that are read through no pin of a board."""
 
 
 class Instrument(wiring.Component):
@@ -91,7 +107,8 @@ class Instrument(wiring.Component):
         if self.run_samples is None:
             m.d.word += self.hold.eq(0)
         else:
-            m.submodules.alignment_check = check = AlignmentCheck(self.samples_per_word, self.run_samples)
+            check = AlignmentCheck(self.samples_per_word, self.run_samples)
+            m.submodules.alignment_check = DomainRenamer("word")(check)
             m.d.comb += [
                 check.word.eq(self.alignment),
                 self.alignment_drive.eq(check.drive),
@@ -110,6 +127,10 @@ class Instrument(wiring.Component):
             core.spi_copi.eq(self.spi_copi),
             self.spi_cipo.eq(core.spi_cipo),
         ]
+        # What no pin shows yet stays in the design, so that its figures are those of the whole core.
+        unread = Cat(getattr(core, name) for name in UNREAD_OUTPUTS)
+        observed = Signal(len(unread), reset_less=True, attrs={"keep": "true"})
+        m.d.sync += observed.eq(unread)
 
         beat = Signal((int(self.word_clock_hz / HEARTBEAT_HZ)).bit_length())
         m.d.word += [

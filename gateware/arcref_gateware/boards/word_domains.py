@@ -4,12 +4,13 @@ Both have the very same clock signal and differ in their reset: the core, in `sy
 check, in `word`, has passed.
 """
 
-from amaranth.hdl import ClockDomain, Module
+from amaranth.hdl import ClockDomain, Module, Signal
 
 
-def add_word_domains(m: Module) -> None:
-    """Add the domains `word` and `sync` to `m`, with one clock and a reset of their own each."""
+def add_word_domains(m: Module) -> Signal:
+    """Add the domains `word` and `sync` to `m`, with one clock and a reset of their own each; gives that clock."""
     word, core = ClockDomain("word"), ClockDomain("sync")
     core.clk = word.clk
     m.domains.word = word
     m.domains.sync = core
+    return word.clk
