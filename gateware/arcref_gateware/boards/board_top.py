@@ -22,13 +22,13 @@ INSTRUMENT_PINS = ("spi_sck", "spi_cs_n", "spi_copi", "spi_cipo", "led_homed", "
 
 
 class BoardTop(wiring.Component):
-    """The design that is built for `board`, with the correction `rom`.
+    """The design that is built for `board`, with the correction `rom`, or None for one that gets its ROM later.
 
-    `self_test`, a `SelfTest`, puts a square-wave generator in place of the encoder. Elaborates on the platform of
-    `board_platform(board)`.
+    `self_test`, a `SelfTest`, puts a square-wave generator in place of the encoder. `strobe_delay` is the delay at
+    power-up in sample periods. Elaborates on the platform of `board_platform(board)`.
     """
 
-    def __init__(self, board: Board, rom: CorrectionRom, *, self_test=None):
+    def __init__(self, board: Board, rom: CorrectionRom | None, *, self_test=None, strobe_delay: int = 0):
         self.board = board
         self.instrument = Instrument(
             rom,
@@ -36,6 +36,7 @@ class BoardTop(wiring.Component):
             board.word_clock_hz,
             run_samples=alignment_run_samples(board),
             self_test=self_test,
+            strobe_delay=strobe_delay,
         )
         super().__init__({})
 

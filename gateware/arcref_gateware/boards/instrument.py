@@ -43,18 +43,19 @@ class Instrument(wiring.Component):
 
     def __init__(
         self,
-        rom: CorrectionRom,
+        rom: CorrectionRom | None,
         samples_per_word: int,
         word_clock_hz: float,
         *,
         run_samples: float | None = None,
         self_test=None,
+        strobe_delay: int = 0,
     ):
         self.samples_per_word = samples_per_word
         self.word_clock_hz = word_clock_hz
         self.run_samples = run_samples
         self.self_test = self_test
-        self.core = ReferenceEncoder(rom, samples_per_word)
+        self.core = ReferenceEncoder(rom, samples_per_word, strobe_delay=strobe_delay)
         super().__init__(
             {
                 **{name: In(samples_per_word) for name in SAMPLED_SIGNALS},
