@@ -4,7 +4,7 @@ four samples a word:  CLKOP -> ECLKSYNCB -> edge clock -> CLKDIVF / 2 -> word cl
 one or two:           CLKOP -> word clock
 """
 
-from amaranth.hdl import ClockDomain, Const, Instance, Module, Signal
+from amaranth.hdl import ClockDomain, ClockSignal, Const, Instance, Module, Signal
 from amaranth.lib import io, wiring
 from amaranth.lib.cdc import ResetSynchronizer
 from amaranth.lib.wiring import Out
@@ -17,15 +17,13 @@ from arcref_gateware.boards.word_clock import word_clock_pll
 
 
 class Ecp5Clocks(wiring.Component):
-    """Drives `word_clock`, the clock of the domain `word`, and its reset; makes `start`, `pattern` and `edge`.
+    """Drives the clocks of the domains `word`, `pattern` and, for four samples a word, `edge`.
 
-    `word` is in reset until everything has started; the others have no reset. `edge` is there for four samples a
-    word only.
+    `word` is in reset until everything has started; the others have no reset.
     """
 
-    def __init__(self, board: Board, word_clock: Signal):
+    def __init__(self, board: Board):
         self.board = board
-        self.word_clock = word_clock
         super().__init__({"gearing_reset": Out(1), "ready": Out(1)})
 
     gearing_reset: Out
@@ -43,10 +41,13 @@ class Ecp5Clocks(wiring.Component):
         m.submodules.oscillator = pad = io.Buffer("i", platform.request(platform.default_clk, dir="-"))
         m.d.comb += oscillator.eq(pad.i)
         m.domains.start = start = ClockDomain(reset_less=True)
-        m.domains.pattern = pattern = ClockDomain(reset_less=True)
         word_clock = constrained_clock(platform, "word_clock", board.word_clock_hz)
         pattern_clock = constrained_clock(platform, "pattern_clock", pll.vco_hz / divider)
-        m.d.comb += [start.clk.eq(oscillator), pattern.clk.eq(pattern_clock), self.word_clock.eq(word_clock)]
+        m.d.comb += [
+            start.clk.eq(oscillator),
+            ClockSignal("pattern").eq(pattern_clock),
+            ClockSignal("word").eq(word_clock),
+        ]
 
         geared = board.samples_per_word == 4
         pll_clock = constrained_clock(platform, "pll_clock", pll.output_hz) if geared else word_clock
@@ -100,9 +101,8 @@ class Ecp5Clocks(wiring.Component):
         ]
 
         if geared:
-            m.domains.edge = edge = ClockDomain(reset_less=True)
             edge_clock = constrained_clock(platform, "edge_clock", pll.output_hz)
-            m.d.comb += edge.clk.eq(edge_clock)
+            m.d.comb += ClockSignal("edge").eq(edge_clock)
             m.submodules.edge_clock = Instance("ECLKSYNCB", i_ECLKI=pll_clock, i_STOP=start_up.stop, o_ECLKO=edge_clock)
             m.submodules.word_clock = Instance(
                 "CLKDIVF",

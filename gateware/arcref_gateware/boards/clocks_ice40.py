@@ -1,6 +1,6 @@
 """Clocks of an iCE40 board: oscillator -> SB_PLL40 -> word clock."""
 
-from amaranth.hdl import ClockDomain, Const, Instance, Module, Signal
+from amaranth.hdl import ClockDomain, ClockSignal, Const, Instance, Module, Signal
 from amaranth.lib import io, wiring
 from amaranth.lib.cdc import ResetSynchronizer
 from amaranth.lib.wiring import Out
@@ -13,14 +13,13 @@ from arcref_gateware.boards.word_clock import word_clock_pll
 
 
 class Ice40Clocks(wiring.Component):
-    """Drives `word_clock`, the clock of the domain `word`, and its reset until everything has started; makes `start`.
+    """Drives the clock of the domain `word`, and its reset until everything has started.
 
     An oscillator on the pad of a PLL feeds that PLL directly (SB_PLL40_PAD), another one through the fabric.
     """
 
-    def __init__(self, board: Board, word_clock: Signal):
+    def __init__(self, board: Board):
         self.board = board
-        self.word_clock = word_clock
         super().__init__({"ready": Out(1)})
 
     ready: Out
@@ -34,7 +33,7 @@ class Ice40Clocks(wiring.Component):
         word_clock = constrained_clock(platform, "word_clock", board.word_clock_hz)
         oscillator = constrained_clock(platform, "oscillator_clock", board.oscillator_hz)
         m.domains.start = start = ClockDomain(reset_less=True)
-        m.d.comb += [start.clk.eq(oscillator), self.word_clock.eq(word_clock)]
+        m.d.comb += [start.clk.eq(oscillator), ClockSignal("word").eq(word_clock)]
         locked = Signal()
         settings = {
             "p_DIVR": Const(pll.divr, 4),

@@ -1,9 +1,10 @@
 """Start-up: reset is held until the PLL is locked, block RAM can be read, and the gearing has started together.
 
-Runs from the oscillator, which needs no PLL. For the gearing of the ECP5 it follows the order that Lattice asks for
-in FPGA-TN-02035 (ECP5 high-speed I/O), GDDR_SYNC: the edge clock is stopped, the gearing is reset, the reset is
-released while the edge clock stands still, and only then the edge clock starts. So every input begins with the same
-edge of the clock, and their sample words stay aligned to one another.
+Runs from the oscillator, which needs no PLL. For the gearing of the ECP5 it keeps to the order of Lattice's own
+`gddr_sync` (FPGA-TN-02035, ECP5 high-speed I/O): the edge clock is stopped, the gearing and the clock divider are
+reset, the reset is released while the edge clock stands still, the edge clock starts, and eight clocks later
+everything is ready. So every input begins with the same edge of the clock, however unequally fast the reset reaches
+them, and their sample words stay aligned to one another.
 """
 
 from math import ceil

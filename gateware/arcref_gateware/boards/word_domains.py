@@ -4,13 +4,12 @@ Both have the very same clock signal and differ in their reset: the core, in `sy
 check, in `word`, has passed.
 """
 
-from amaranth.hdl import ClockDomain, Module, Signal
+from amaranth.hdl import ClockDomain, Module
 
 
-def add_word_domains(m: Module) -> Signal:
-    """Add the domains `word` and `sync` to `m`, with one clock and a reset of their own each; gives that clock."""
+def add_word_domains(m: Module) -> None:
+    """Add the domains `word` and `sync` to `m`, with one clock and a reset of their own each."""
     word, core = ClockDomain("word"), ClockDomain("sync")
     core.clk = word.clk
     m.domains.word = word
     m.domains.sync = core
-    return word.clk
