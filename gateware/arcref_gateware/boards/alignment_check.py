@@ -1,16 +1,20 @@
 """The start-up self-check of the sample order: a known pattern goes out on a spare pad and comes back sampled.
 
-The pattern stays at each level for `run_samples` samples, longer than a word, and its edges fall on every place in
-the word in turn. Read in the right order, every run comes back with its length, to within what a pad's edges cost.
-Any other order of the samples in a word tears the edges that lie inside it and makes runs of a few samples; a word
-lost or taken twice shortens or lengthens a run by a word. The check passes when edges were seen at every place and
-`RUNS` runs were right; it fails with the first wrong run, or when the pattern does not come at all.
+The pattern is high and low for a fixed number of samples, each longer than a word, in a period that brings its
+rising and its falling edges to every place in the word in turn. Read in the right order, every run comes back with
+its length, to within what a pad's edges cost. Any other order of the samples in a word tears the edges that lie
+inside it and makes runs of a few samples; a word lost or taken twice shortens or lengthens a run by a word. The check
+passes when edges were seen at every place and `RUNS` runs were right; it fails with the first wrong run, or when the
+pattern does not come at all.
 
 What it cannot see: it looks at the spare pad's own path. That A, B, Z and strobe are cut into words at the same
 sample as it is rests on the start-up sequence (`start_up`), which starts all of them with the same edge of the clock.
 """
 
-from amaranth.hdl import Cat, Module, Signal, signed
+from dataclasses import dataclass
+from math import ceil, floor
+
+from amaranth.hdl import Cat, Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
@@ -26,23 +30,34 @@ TOLERANCE_SAMPLES = 2
 SETTLE_WORDS = 64
 """Words before the first one that counts: the pad starts to be driven, registers fill. A power of two."""
 
-WORDS_BITS = 3
+WORDS_BITS = 4
 """Width of the counter of words within a run; at its end it stays, which is too long a run."""
+
+
+@dataclass(frozen=True)
+class AlignmentPattern:
+    """What the pad sends: so many samples high, so many low, a fraction where the pattern has a clock of its own."""
+
+    high_samples: float
+    low_samples: float
 
 
 class AlignmentCheck(wiring.Component):
     """Judges the words of the alignment pad.
 
-    `run_samples` is the length of the pattern's runs, a fraction where the pattern has a clock of its own. It must
-    leave `samples_per_word` samples and more when the tolerance is taken off. Raises ValueError for others.
+    Raises ValueError for a `pattern` whose runs, with the tolerance taken off, are shorter than a word of
+    `samples_per_word` samples, or too long to be measured.
     """
 
-    def __init__(self, samples_per_word: int, run_samples: float):
-        self.shortest = int(run_samples) - TOLERANCE_SAMPLES
-        self.longest = -int(-run_samples // 1) + TOLERANCE_SAMPLES
-        longest_words = -(-self.longest // samples_per_word)
-        if samples_per_word < 2 or self.shortest < samples_per_word or longest_words >= (1 << WORDS_BITS) - 1:
-            raise ValueError(f"runs of {run_samples!r} samples cannot show the order of {samples_per_word!r} in a word")
+    def __init__(self, samples_per_word: int, pattern: AlignmentPattern):
+        self.limits = [
+            (floor(run_samples) - TOLERANCE_SAMPLES, ceil(run_samples) + TOLERANCE_SAMPLES)
+            for run_samples in (pattern.low_samples, pattern.high_samples)
+        ]
+        shortest = min(low for low, _ in self.limits)
+        longest_words = max(ceil(high / samples_per_word) for _, high in self.limits)
+        if samples_per_word < 2 or shortest < samples_per_word or longest_words >= (1 << WORDS_BITS) - 1:
+            raise ValueError(f"{pattern} cannot show the order of {samples_per_word!r} samples in a word")
         self.samples_per_word = samples_per_word
         self.time_limit_words = SETTLE_WORDS + 2 * RUNS * longest_words
         super().__init__({"word": In(samples_per_word), "drive": Out(1), "passed": Out(1), "failed": Out(1)})
@@ -94,7 +109,9 @@ class AlignmentCheck(wiring.Component):
         ]
         wrong = Signal(reset_less=True)
         right = Signal(reset_less=True)
-        in_limits = (length >= self.shortest) & (length <= self.longest)
+        level = delayed(m, last, 4, name="level")  # of the run that ends: the last sample before the word of its end
+        low, high = ((length >= shortest) & (length <= longest) for shortest, longest in self.limits)
+        in_limits = Mux(level, high, low)
         m.d.sync += [
             wrong.eq(was_torn[-1] | (ended[-1] & ~in_limits)),
             right.eq(ended[-1] & ~was_torn[-1] & in_limits),

@@ -4,14 +4,15 @@ from amaranth.hdl import ClockDomain, Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from arcref_gateware.boards.alignment_pattern import SampledPattern, ToggledPattern
+from arcref_gateware.boards.alignment_check import AlignmentPattern
+from arcref_gateware.boards.alignment_pattern import SAMPLED_RUNS, SampledPattern, ToggledPattern, toggled_runs
 from arcref_gateware.boards.board import ALIGNMENT, SAMPLED_SIGNALS, Board
 from arcref_gateware.boards.board_platform import port
 from arcref_gateware.boards.clocks_ecp5 import Ecp5Clocks
 from arcref_gateware.boards.clocks_ice40 import Ice40Clocks
 from arcref_gateware.boards.ddr_sampler import DdrSampler
 from arcref_gateware.boards.gearing_sampler import GearingSampler
-from arcref_gateware.boards.pattern_clock import RUN_SAMPLES, pattern_divider
+from arcref_gateware.boards.pattern_clock import pattern_clocks
 from arcref_gateware.boards.plain_sampler import PlainSampler
 from arcref_gateware.boards.word_clock import word_clock_pll
 
@@ -61,7 +62,7 @@ class BoardEdge(wiring.Component):
                 m.d.comb += sampler.alignment_out.eq(pattern.samples)
             else:
                 m.submodules.sampler = sampler = GearingSampler(ports, board.samples_per_word, (ALIGNMENT,))
-                m.submodules.pattern = pattern = ToggledPattern()
+                m.submodules.pattern = pattern = ToggledPattern(*pattern_clocks(_pll(board).output_divider))
                 m.d.comb += [
                     pattern.drive.eq(self.alignment_drive),
                     sampler.alignment_out.eq(pattern.level),
@@ -73,11 +74,14 @@ class BoardEdge(wiring.Component):
         return m
 
 
-def alignment_run_samples(board: Board) -> float | None:
-    """Samples from edge to edge of the alignment pattern; None for one sample a word, which has no order."""
+def alignment_pattern(board: Board) -> AlignmentPattern | None:
+    """What the alignment pad of `board` sends; None for one sample a word, which has no order."""
     if board.samples_per_word == 1:
         return None
     if board.family == "ice40":
-        return RUN_SAMPLES
-    pll = word_clock_pll(board.family, board.samples_per_word, board.oscillator_hz, board.word_clock_hz)
-    return board.samples_per_s * pattern_divider(pll.output_divider) / pll.vco_hz
+        return SAMPLED_RUNS
+    return toggled_runs(_pll(board), board.samples_per_s)
+
+
+def _pll(board: Board):
+    return word_clock_pll(board.family, board.samples_per_word, board.oscillator_hz, board.word_clock_hz)

@@ -5,7 +5,7 @@ from amaranth.lib import io, wiring
 
 from arcref.correction_rom import CorrectionRom
 from arcref_gateware.boards.board import ALIGNMENT, SAMPLED_SIGNALS, Board
-from arcref_gateware.boards.board_edge import BoardEdge, alignment_run_samples
+from arcref_gateware.boards.board_edge import BoardEdge, alignment_pattern
 from arcref_gateware.boards.board_platform import port
 from arcref_gateware.boards.instrument import Instrument
 from arcref_gateware.boards.word_domains import add_word_domains
@@ -15,20 +15,21 @@ INSTRUMENT_PINS = ("spi_sck", "spi_cs_n", "spi_copi", "spi_cipo", "led_homed", "
 
 
 class BoardTop(wiring.Component):
-    """The design that is built for `board`, with the correction `rom`.
+    """The design that is built for `board`, with the correction `rom`, or None for one that gets its ROM later.
 
-    `self_test`, a `SelfTest`, puts a square-wave generator in place of the encoder. Elaborates on the platform of
-    `board_platform(board)`.
+    `self_test`, a `SelfTest`, puts a square-wave generator in place of the encoder. `strobe_delay` is the delay at
+    power-up in sample periods. Elaborates on the platform of `board_platform(board)`.
     """
 
-    def __init__(self, board: Board, rom: CorrectionRom, *, self_test=None):
+    def __init__(self, board: Board, rom: CorrectionRom | None, *, self_test=None, strobe_delay: int = 0):
         self.board = board
         self.instrument = Instrument(
             rom,
             board.samples_per_word,
             board.word_clock_hz,
-            run_samples=alignment_run_samples(board),
+            pattern=alignment_pattern(board),
             self_test=self_test,
+            strobe_delay=strobe_delay,
         )
         super().__init__({})
 

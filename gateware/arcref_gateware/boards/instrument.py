@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 
 from arcref.correction_rom import CorrectionRom
 from arcref.flags import FAULT_FLAGS
-from arcref_gateware.boards.alignment_check import AlignmentCheck
+from arcref_gateware.boards.alignment_check import AlignmentCheck, AlignmentPattern
 from arcref_gateware.boards.board import SAMPLED_SIGNALS
 from arcref_gateware.reference_encoder import ReferenceEncoder
 
@@ -36,7 +36,7 @@ UNREAD_OUTPUTS = (
 class Instrument(wiring.Component):
     """Core with everything around it, over sample words.
 
-    `run_samples` is the length of the alignment pattern's runs, None where no check is needed (one sample a word).
+    `pattern` is what the alignment pad sends, None where no check is needed (one sample a word).
     `self_test`, a `SelfTest`, puts its generator in place of the samples. Uses the domains of `word_domains`;
     `hold` must drive the reset of `sync`.
     """
@@ -47,13 +47,13 @@ class Instrument(wiring.Component):
         samples_per_word: int,
         word_clock_hz: float,
         *,
-        run_samples: float | None = None,
+        pattern: AlignmentPattern | None = None,
         self_test=None,
         strobe_delay: int = 0,
     ):
         self.samples_per_word = samples_per_word
         self.word_clock_hz = word_clock_hz
-        self.run_samples = run_samples
+        self.pattern = pattern
         self.self_test = self_test
         self.core = ReferenceEncoder(rom, samples_per_word, strobe_delay=strobe_delay)
         super().__init__(
@@ -105,10 +105,10 @@ class Instrument(wiring.Component):
         m = Module()
         m.submodules.core = core = self.core
         failed = Signal()
-        if self.run_samples is None:
+        if self.pattern is None:
             m.d.word += self.hold.eq(0)
         else:
-            check = AlignmentCheck(self.samples_per_word, self.run_samples)
+            check = AlignmentCheck(self.samples_per_word, self.pattern)
             m.submodules.alignment_check = DomainRenamer("word")(check)
             m.d.comb += [
                 check.word.eq(self.alignment),

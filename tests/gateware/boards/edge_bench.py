@@ -9,7 +9,7 @@ from amaranth.hdl import Cat, ClockSignal, DomainRenamer, Elaboratable, Fragment
 
 from arcref_gateware.boards.alignment_check import AlignmentCheck
 from arcref_gateware.boards.board import ALIGNMENT, SAMPLED_SIGNALS, Board
-from arcref_gateware.boards.board_edge import BoardEdge, alignment_run_samples
+from arcref_gateware.boards.board_edge import BoardEdge, alignment_pattern
 from arcref_gateware.boards.board_platform import RESOURCE_PREFIX, board_platform
 from arcref_gateware.boards.word_domains import add_word_domains
 from arcref_gateware.toolchain import use_installed_yosys
@@ -69,7 +69,7 @@ class _EdgeTop(Elaboratable):
         board = self.board
         add_word_domains(m)
         m.submodules.board_edge = edge = BoardEdge(board)
-        check = AlignmentCheck(board.samples_per_word, alignment_run_samples(board))
+        check = AlignmentCheck(board.samples_per_word, alignment_pattern(board))
         m.submodules.check = DomainRenamer("word")(check)
         m.d.comb += [
             ResetSignal("sync").eq(0),
