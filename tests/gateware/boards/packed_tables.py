@@ -23,6 +23,10 @@ LARGEST_ICE40 = {"1k": 16, "5k": 30, "8k": 32}
 """Block RAMs of a device."""
 
 
+BUILT_BOARDS = {"hx8k": ("8k", "ice40", "arcref.bin"), "ulx3s-12F": ("LFE5U-12F", "ecp5", "arcref.bit")}
+"""Boards in the tests of built bitstreams: device as the packers name it, family, and name of the bitstream."""
+
+
 def run(folder: Path, tool: str, *arguments: str) -> subprocess.CompletedProcess:
     """Run a tool in `folder`."""
     script = Path(sysconfig.get_path("scripts")) / f"yowasp-{tool}"
