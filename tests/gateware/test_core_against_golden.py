@@ -13,8 +13,8 @@ from arcref.flags import Flag
 from arcref.rom_identity import identity_words
 from arcref_gateware.golden.core import CoreModel
 from arcref_gateware.golden.signal_changes import SignalChanges
+from arcref_gateware.latency import FIRST_CORRECTED_WORD
 from arcref_gateware.quadrature import SAMPLES_PER_WORD
-from arcref_gateware.reference_encoder import FIRST_CORRECTED_WORD
 from arcref_gateware.table_contents import rom_contents
 
 each_word_size = pytest.mark.parametrize("samples_per_word", SAMPLES_PER_WORD)
