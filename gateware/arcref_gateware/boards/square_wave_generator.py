@@ -25,8 +25,9 @@ RATE_BITS = 16
 LEG_WORDS = 256
 """A leg is a multiple of so many words."""
 
-START_COUNT = -64
-"""Angle at the start: the zero mark comes after 66 counts, so that the core is homed at once."""
+START_COUNT = -4096
+"""Angle at the start, two grating lines before the zero mark: the core is homed soon, and every way back passes the
+zero mark by more than the line that a missing index needs to show."""
 
 FAULT_PERIOD = 16
 """The period of A, counted from the zero mark, in which a fault of A and B is injected, in the first leg."""
