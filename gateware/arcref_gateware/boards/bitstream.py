@@ -14,6 +14,10 @@ class BitstreamError(ValueError):
     """The bytes are no bitstream of this family, or a damaged one. The text says what was found where."""
 
 
+class OtherFormatError(BitstreamError):
+    """The bytes do not even begin as a bitstream of this family."""
+
+
 class Bitstream(BlockRamImage, ABC):
     """A configuration file. The same contents give the same bytes."""
 

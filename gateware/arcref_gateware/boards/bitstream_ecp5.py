@@ -6,7 +6,7 @@ ECP5-5G sysCONFIG". Each block RAM is written by itself and followed by a CRC-16
 
 import numpy as np
 
-from arcref_gateware.boards.bitstream import Bitstream, BitstreamError
+from arcref_gateware.boards.bitstream import Bitstream, BitstreamError, OtherFormatError
 from arcref_gateware.boards.block_ram_geometry import ECP5_BLOCK_RAM
 
 PREAMBLE = bytes.fromhex("ffffbdb3")
@@ -17,8 +17,8 @@ FRAME_BYTES = {1: 74, 2: 106, 3: 142}
 BLOCK_BYTES = ECP5_BLOCK_RAM.rows * ECP5_BLOCK_RAM.row_bits // 8
 
 # Commands of the configuration stream, and the bytes that follow each of those that are only passed over.
-EBR_ADDRESS, EBR_WRITE, FRAMES, VERIFY_ID, DUMMY = 0xF6, 0xB2, 0x82, 0xE2, 0xFF
-PASSED_OVER = {0x3B: 3, 0x22: 7, 0x46: 3, 0x79: 3, 0x5E: 3, 0xCE: 3, 0xC2: 9}
+EBR_ADDRESS, EBR_WRITE, FRAMES, VERIFY_ID, DONE, DUMMY = 0xF6, 0xB2, 0x82, 0xE2, 0x5E, 0xFF
+PASSED_OVER = {0x3B: 3, 0x22: 7, 0x46: 3, 0x79: 3, DONE: 3, 0xCE: 3, 0xC2: 9}
 """Reset of the CRC, control register, initial address, SPI mode, done, security, user code."""
 
 HEAD_OF_BLOCK_RAMS = b"\xff\0\xff" + PREAMBLE + bytes.fromhex("ffffffff 3b000000 e2000000 21111043 3b000000")
@@ -36,7 +36,7 @@ class Ecp5Bitstream(Bitstream):
         self.content = content
         start = content.find(PREAMBLE)
         if start < 0 or content[:2] != b"\xff\0":
-            raise BitstreamError("no ECP5 bitstream: there is no preamble FF FF BD B3")
+            raise OtherFormatError("no ECP5 bitstream: there is no preamble FF FF BD B3")
         self.comments = [part.decode("latin-1") for part in content[2 : start - 1].split(b"\0") if part.strip(b"\xff")]
         self.configuration_start = start
         self._blocks: dict[int, int] = {}  # file offset of the contents of each block RAM
@@ -52,13 +52,14 @@ class Ecp5Bitstream(Bitstream):
 
     def _read(self, place: int) -> None:
         content = self.content
-        block, frame_bytes = None, None
+        block, frame_bytes, done = None, None, False
         while place < len(content):
             command = content[place]
             if command == DUMMY:
                 place += 1
             elif command in PASSED_OVER:
                 place += 1 + PASSED_OVER[command]
+                done = done or command == DONE
             elif command == VERIFY_ID:
                 size = content[place + 6] >> 4
                 if size not in FRAME_BYTES:
@@ -86,7 +87,7 @@ class Ecp5Bitstream(Bitstream):
                 place, block = end + 2, None
             else:
                 raise BitstreamError(f"no known command 0x{command:02X} at byte {place}")
-        if place > len(content) or frame_bytes is None:
+        if place > len(content) or not done:
             raise IndexError
 
     def with_bits(self, bits: np.ndarray) -> bytes:

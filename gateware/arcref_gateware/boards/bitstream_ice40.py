@@ -8,7 +8,7 @@ import binascii
 
 import numpy as np
 
-from arcref_gateware.boards.bitstream import Bitstream, BitstreamError
+from arcref_gateware.boards.bitstream import Bitstream, BitstreamError, OtherFormatError
 from arcref_gateware.boards.block_ram_geometry import ICE40_BLOCK_RAM
 
 PREAMBLE = bytes.fromhex("7eaa997e")
@@ -28,7 +28,7 @@ class Ice40Bitstream(Bitstream):
         self.content = content
         start = content.find(PREAMBLE)
         if start < 0:
-            raise BitstreamError("no iCE40 bitstream: there is no preamble 7E AA 99 7E")
+            raise OtherFormatError("no iCE40 bitstream: there is no preamble 7E AA 99 7E")
         self.comments = [part.decode("latin-1") for part in content[2 : max(start - 2, 2)].split(b"\0") if part]
         self.configuration_start = start
         self._banks: dict[int, list[tuple[int, int, int]]] = {}  # of each block: file offset, bytes, columns

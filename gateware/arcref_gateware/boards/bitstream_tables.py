@@ -7,6 +7,7 @@ word of all three tables is compared, and that no other bit of a block RAM has c
 import hashlib
 import json
 import tempfile
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +15,7 @@ import numpy as np
 
 from arcref.correction_rom import CorrectionRom
 from arcref.rom_identity import RomIdentity, decode_identity
-from arcref_gateware.boards.bitstream import Bitstream, BitstreamError
+from arcref_gateware.boards.bitstream import Bitstream, BitstreamError, OtherFormatError
 from arcref_gateware.boards.bitstream_ecp5 import Ecp5Bitstream
 from arcref_gateware.boards.bitstream_ice40 import Ice40Bitstream
 from arcref_gateware.boards.block_ram_image import BlockRamImage
@@ -65,11 +66,8 @@ class BitstreamLayout:
 def read_bitstream(content: bytes) -> Bitstream:
     """The bitstream of either family in `content`. Raises `BitstreamError` when it is none."""
     for bitstream_class in BITSTREAMS.values():
-        try:
+        with suppress(OtherFormatError):
             return bitstream_class(content)
-        except BitstreamError as error:
-            if "preamble" not in str(error):
-                raise
     raise BitstreamError("no bitstream of an iCE40 or ECP5")
 
 
