@@ -5,7 +5,7 @@ over with the next rising edge, so the sample of the rising edge is the older on
 SB_IO, PIN_TYPE 00).
 """
 
-from amaranth.hdl import Cat, Module
+from amaranth.hdl import Cat, Module, Signal
 from amaranth.lib import io, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -39,5 +39,7 @@ class DdrSampler(wiring.Component):
             else:
                 buffer = io.DDRBuffer("i", port, i_domain="word")
             m.submodules[name] = buffer
-            m.d.word += getattr(self, name).eq(Cat(buffer.i[0], buffer.i[1]))
+            word = Signal(2, name=f"{name}_word", reset_less=True)
+            m.d.word += word.eq(Cat(buffer.i[0], buffer.i[1]))
+            m.d.comb += getattr(self, name).eq(word)
         return m

@@ -50,7 +50,9 @@ class GearingSampler(wiring.Component):
             samples = [Signal(name=f"{name}_sample_{k}") for k in range(self.samples_per_word)]
             m.submodules[f"{name}_gearing"] = self._gearing(level, samples)
             inverted = Const((1 << self.samples_per_word) - 1 if port.invert[0] else 0, self.samples_per_word)
-            m.d.word += getattr(self, name).eq(Cat(samples) ^ inverted)
+            word = Signal(self.samples_per_word, name=f"{name}_word", reset_less=True)
+            m.d.word += word.eq(Cat(samples) ^ inverted)
+            m.d.comb += getattr(self, name).eq(word)
         return m
 
     def _gearing(self, level, samples) -> Instance:

@@ -135,9 +135,9 @@ class Instrument(wiring.Component):
 
         # The counter of the heartbeat in two halves, so that its carry chain does not limit the word clock.
         beat_bits = int(self.word_clock_hz / HEARTBEAT_HZ).bit_length()
-        words = Signal(beat_bits // 2)
-        beat = Signal(beat_bits - len(words))
-        carry = Signal()
+        words = Signal(beat_bits // 2, reset_less=True)
+        beat = Signal(beat_bits - len(words), reset_less=True)
+        carry = Signal(reset_less=True)
         m.d.word += [
             words.eq(words + 1),
             carry.eq(words.all()),

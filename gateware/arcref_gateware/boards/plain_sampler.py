@@ -1,11 +1,8 @@
 """One sample a word: an input register in the I/O cell and one behind it, for each line alike."""
 
-from amaranth.hdl import Module
+from amaranth.hdl import Module, Signal
 from amaranth.lib import io, wiring
 from amaranth.lib.wiring import Out
-
-PLAIN_CLOCKS = 1
-"""Clocks behind the I/O cell's own register."""
 
 
 class PlainSampler(wiring.Component):
@@ -23,5 +20,7 @@ class PlainSampler(wiring.Component):
         m = Module()
         for name, port in self.ports.items():
             m.submodules[name] = buffer = io.FFBuffer("i", port, i_domain="word")
-            m.d.word += getattr(self, name).eq(buffer.i)
+            word = Signal(name=f"{name}_word", reset_less=True)
+            m.d.word += word.eq(buffer.i)
+            m.d.comb += getattr(self, name).eq(word)
         return m

@@ -29,12 +29,12 @@ module bench;
     wire word_clock, passed, failed;
     wire sample_clock = {sample_clock};
     top dut (.{oscillator}(oscillator), .{a}(pads[0]), .{b}(pads[1]), .{z}(pads[2]), .{strobe}(pads[3]),
-             .{alignment}(loop), .words(words), .word_clock(word_clock),
+             {loop}.words(words), .word_clock(word_clock),
              .passed(passed), .failed(failed));
 
     // Each line changes at random, never near an edge of the sample clock, so that every sample is certain.
     reg [31:0] noise = {seed};
-    always @(sample_clock) begin
+    always @({sample_edge} sample_clock) begin
         $display("s %b", pads);
         #({sample_ps} / 2);
         noise = noise ^ (noise << 13);
@@ -69,17 +69,23 @@ class _EdgeTop(Elaboratable):
         board = self.board
         add_word_domains(m)
         m.submodules.board_edge = edge = BoardEdge(board)
-        check = AlignmentCheck(board.samples_per_word, alignment_pattern(board))
-        m.submodules.check = DomainRenamer("word")(check)
         m.d.comb += [
             ResetSignal("sync").eq(0),
             self.words.eq(Cat(getattr(edge, name) for name in LINES)),
             self.word_clock.eq(ClockSignal("word")),
-            check.word.eq(edge.alignment),
-            edge.alignment_drive.eq(check.drive),
-            self.passed.eq(check.passed),
-            self.failed.eq(check.failed),
         ]
+        if board.samples_per_word == 1:  # no order, no check: the run ends after some words
+            words = Signal(10)
+            m.d.word += [words.eq(words + 1), self.passed.eq(self.passed | words.all())]
+        else:
+            check = AlignmentCheck(board.samples_per_word, alignment_pattern(board))
+            m.submodules.check = DomainRenamer("word")(check)
+            m.d.comb += [
+                check.word.eq(edge.alignment),
+                edge.alignment_drive.eq(check.drive),
+                self.passed.eq(check.passed),
+                self.failed.eq(check.failed),
+            ]
         return m
 
 
@@ -107,6 +113,8 @@ class EdgeBench:
             limit_ps=200_000_000,
             top=len(LINES) * board.samples_per_word - 1,
             oscillator=oscillator,
+            loop=f".{port_names[ALIGNMENT]}(loop), " if board.samples_per_word > 1 else "",
+            sample_edge="posedge" if board.samples_per_word == 1 else "",
             sample_clock="dut.board_edge.clocks.edge_clock" if board.samples_per_word == 4 else "word_clock",
             seed=seed,
             **port_names,

@@ -11,11 +11,14 @@ from arcref_gateware.boards.board_file import load_board
 FOUR = "ulx3s"
 TWO_ICE40 = "icebreaker"
 TWO_ECP5 = "ecp5, two samples"
+ONE_ICE40 = "ice40, one sample"
 
 
 def _board(name: str):
     if name == TWO_ECP5:
         return replace(load_board("ulx3s"), samples_per_word=2, word_clock_hz=150e6)
+    if name == ONE_ICE40:
+        return replace(load_board("icebreaker"), samples_per_word=1)
     return load_board(name)
 
 
@@ -32,7 +35,7 @@ def bench(tmp_path_factory):
     return get
 
 
-@pytest.mark.parametrize("name", [FOUR, TWO_ICE40, TWO_ECP5])
+@pytest.mark.parametrize("name", [FOUR, TWO_ICE40, TWO_ECP5, ONE_ICE40])
 def test_words_are_the_samples_of_the_pads_in_their_order_and_all_lines_alike(bench, name):
     run = bench(name).run()
     assert not run.timed_out
