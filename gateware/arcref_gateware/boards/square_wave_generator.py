@@ -5,7 +5,7 @@ start and those counts give the quadrature state and the zero pulse of every sam
 the word clock. `square_wave_golden` is the same in numpy.
 """
 
-from amaranth.hdl import Const, Module, Mux, Signal, signed
+from amaranth.hdl import Cat, Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import Out
 
@@ -32,10 +32,13 @@ zero mark by more than the line that a missing index needs to show."""
 FAULT_PERIOD = 16
 """The period of A, counted from the zero mark, in which a fault of A and B is injected, in the first leg."""
 
-GENERATOR_CLOCKS = 5
+GENERATOR_CLOCKS = 6
 """Words after reset that show the start, A and B low, before the first one of the motion."""
 
 PERIODS_BITS = ANGLE_BITS - 2
+
+LOWER_BITS = 12
+"""Width of the lower part of the angle: a carry chain that keeps to the word clock."""
 
 
 class SquareWaveGenerator(wiring.Component):
@@ -77,10 +80,12 @@ class SquareWaveGenerator(wiring.Component):
         leg = Signal(2)  # the third and later are all 2
         last_part = Signal()
         m.d.sync += [words.eq(words + 1), next_leg.eq(words == LEG_WORDS - 2), last_part.eq(legs_left == 0)]
+        legs_then = Signal.like(legs_left)
+        m.d.sync += legs_then.eq(Mux(last_part, self.legs - 1, legs_left - 1))
         with m.If(next_leg):
-            m.d.sync += legs_left.eq(legs_left - 1)
+            m.d.sync += legs_left.eq(legs_then)
             with m.If(last_part):
-                m.d.sync += [legs_left.eq(self.legs - 1), reverse.eq(~reverse)]
+                m.d.sync += reverse.eq(~reverse)
                 with m.If(leg != 2):
                     m.d.sync += leg.eq(leg + 1)
 
@@ -105,27 +110,33 @@ class SquareWaveGenerator(wiring.Component):
         for k in range(samples):
             m.d.sync += ways[k].eq(Mux(reverse_1, -steps[k], steps[k]))
 
-        # Stage 3: the angle at the word's start.
-        angle = Signal(ANGLE_BITS, init=START_COUNT % (1 << ANGLE_BITS))
-        low = Signal(2)
-        period = Signal(PERIODS_BITS, init=(START_COUNT >> 2) % (1 << PERIODS_BITS))
-        m.d.sync += [angle.eq(angle + ways[-1]), low.eq(angle[:2]), period.eq(angle[2:])]
+        # Stage 3: the angle at the word's start, its upper part a clock behind its lower one.
+        start = START_COUNT % (1 << ANGLE_BITS)
+        lower = Signal(LOWER_BITS, init=start % (1 << LOWER_BITS))
+        carry = Signal(signed(2))
+        upper = Signal(ANGLE_BITS - LOWER_BITS, init=start >> LOWER_BITS)
+        onward = Signal(signed(LOWER_BITS + 2))
+        m.d.comb += onward.eq(lower + ways[-1])
+        m.d.sync += [lower.eq(onward[:LOWER_BITS]), carry.eq(onward[LOWER_BITS:]), upper.eq(upper + carry)]
+        lower_then = Signal.like(lower)
+        m.d.sync += lower_then.eq(lower)
+        angle = Cat(lower_then, upper)
         ways = [delayed(m, way, 1, name=f"way_{k}") for k, way in enumerate(ways)]
 
-        # Stage 4: state of each sample, and whether its period is the one before, the same or the one after.
-        at_zero = self._near(m, period, 0, "zero")
-        at_fault = self._near(m, period, FAULT_PERIOD, "fault")
-        states = [Signal(2, name=f"state_{k}") for k in range(samples)]
-        periods_on = [Signal(signed(2), name=f"period_on_{k}") for k in range(samples)]
-        leg_of_word = delayed(m, leg, GENERATOR_CLOCKS - 1, name="leg")
+        # Stages 4 and 5: state of each sample, and whether its period is the one before, the same or the one after.
+        at_zero = self._near(m, angle[2:], 0, "zero")
+        at_fault = self._near(m, angle[2:], FAULT_PERIOD, "fault")
+        places = []
         for k in range(samples):
             place = Signal(signed(5), name=f"place_{k}")
-            m.d.comb += place.eq(low + ways[k])
-            m.d.sync += [states[k].eq(place[:2]), periods_on[k].eq(place[2:4])]
+            m.d.comb += place.eq(angle[:2] + ways[k])
+            places.append(delayed(m, place[:4], 2, name=f"place_{k}"))
+        leg_of_word = delayed(m, leg, GENERATOR_CLOCKS - 1, name="leg")
 
-        # Stage 5: the lines, with their fault.
+        # Stage 6: the lines, with their fault.
         m.d.comb += self.strobe.eq(delayed(m, marked, GENERATOR_CLOCKS - 1, name="strobe"))
-        for k, (state, on) in enumerate(zip(states, periods_on, strict=True)):
+        for k, place in enumerate(places):
+            state, on = place[:2], place[2:]
             a, b = state[0] ^ state[1], state[1]
             z = self._chosen(at_zero, on)
             due = self._chosen(at_fault, on) & (leg_of_word == 0)
@@ -141,9 +152,16 @@ class SquareWaveGenerator(wiring.Component):
     @staticmethod
     def _near(m, period, wanted: int, name: str) -> list[Signal]:
         """Registers that tell whether period + on is the wanted one, for on = 0, 1 and -1."""
-        near = [Signal(name=f"{name}_{k}") for k in range(3)]
-        for flag, on in zip(near, (0, 1, -1), strict=True):
-            m.d.sync += flag.eq(period == Const((wanted - on) % (1 << PERIODS_BITS), PERIODS_BITS))
+        near = []
+        for on in (0, 1, -1):
+            place = (wanted - on) % (1 << PERIODS_BITS)
+            half = PERIODS_BITS // 2
+            same = Signal(2, name=f"{name}_same_{len(near)}")
+            near.append(Signal(name=f"{name}_{len(near)}"))
+            m.d.sync += [
+                same.eq(Cat(period[:half] == place & (1 << half) - 1, period[half:] == place >> half)),
+                near[-1].eq(same.all()),
+            ]
         return near
 
     @staticmethod
