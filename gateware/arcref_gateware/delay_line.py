@@ -35,11 +35,13 @@ class DelayLine(wiring.Component):
             return m
         ahead = self.clocks - LEAST_MEMORY_CLOCKS + 1
         address_bits = ahead.bit_length()
-        # It never reads where it writes, so synthesis need not care what would come of that.
+        # It never reads where it writes, so synthesis need not care what would come of that. It heeds the attribute only
+        # where the memory's output register is a plain one behind a port without a clock.
         attributes = {"ram_style": "block", "no_rw_check": 1}
         memory = Memory(shape=len(self.value), depth=1 << address_bits, init=[], attrs=attributes)
         m.submodules.memory = memory
-        write, read = memory.write_port(), memory.read_port()
+        write, read = memory.write_port(), memory.read_port(domain="comb")
+        word = Signal(len(self.value), reset_less=True)
         # The two go round together; what one writes the other reads `ahead` clocks later.
         write_address = Signal(address_bits, init=ahead, reset_less=True)
         read_address = Signal(address_bits, reset_less=True)
@@ -49,12 +51,12 @@ class DelayLine(wiring.Component):
             write.en.eq(1),
             write.addr.eq(write_address),
             write.data.eq(self.value),
-            read.en.eq(1),
             read.addr.eq(read_address),
         ]
         m.d.sync += [
             write_address.eq(write_address + 1),
             read_address.eq(read_address + 1),
-            self.delayed.eq(read.data & is_new.replicate(len(self.value))),
+            word.eq(read.data),
+            self.delayed.eq(word & is_new.replicate(len(self.value))),
         ]
         return m
