@@ -31,8 +31,10 @@ class SampledPattern(wiring.Component):
         m = Module()
         levels = 2 * ([1] * int(SAMPLED_RUNS.high_samples) + [0] * int(SAMPLED_RUNS.low_samples))
         words = Array([levels[k] | levels[k + 1] << 1 for k in range(0, len(levels), 2)])
-        place = Signal(range(len(words)))
-        m.d.word += [self.samples.eq(words[place]), place.eq(place + 1)]
+        place = Signal(range(len(words)), reset_less=True)
+        samples = Signal(2, reset_less=True)
+        m.d.comb += self.samples.eq(samples)
+        m.d.word += [samples.eq(words[place]), place.eq(place + 1)]
         with m.If(place == len(words) - 1):
             m.d.word += place.eq(0)
         return m
