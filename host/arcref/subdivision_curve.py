@@ -16,11 +16,14 @@ class SubdivisionCurve:
     """Errors (reading - true angle) over one grating line, which repeats 4096 times a turn.
 
     `line_deg`: float64[n], increasing, 360 to a line, first to last less than 360 apart; `error_arcsec`: float64[n].
+    The phase is that of the reading, zero where the count is a multiple of a line. `u_arcsec`: standard uncertainty
+    (k=1) of each error, or None when none is stated.
     """
 
     line_deg: np.ndarray
     error_arcsec: np.ndarray
     provenance: dict = field(default_factory=dict)
+    u_arcsec: np.ndarray | None = None
 
     @classmethod
     def from_calibration_json(cls, path) -> "SubdivisionCurve":
@@ -40,7 +43,7 @@ class SubdivisionCurve:
             problem = f"is {phase[index]:g}, increasing phases within 360 deg of the first were expected"
             raise InputError.at(path, problem, column=f"curve.line_deg[{index}]")
         record = calibration.file.record | {"kind": calibration.kind, "provenance": calibration.provenance}
-        return cls(phase, calibration.error_arcsec, {"inputs": [record]})
+        return cls(phase, calibration.error_arcsec, {"inputs": [record]}, calibration.u_arcsec)
 
     def evaluate(self, line_deg) -> np.ndarray:
         """The error in arcsec at the phases `line_deg` of a line, straight from point to point around the line."""

@@ -15,6 +15,7 @@ from arcref.atomic_file import write_files
 from arcref.calibration.calibration_result import CalibrationResult
 from arcref.calibration.fit_sections import COMPARISON_TITLE
 from arcref.calibration.fits.fit_names import DEFAULT_FIT, FIT_NAMES
+from arcref.calibration.metadata_keys import SUBDIVISION
 from arcref.calibration_file import FORMAT, VERSION
 from arcref.input_error import InputError
 from arcref.output_files import check_outputs
@@ -82,13 +83,16 @@ def calibration_options(verb: Callable) -> Callable:
 
 def calibration_json(result: CalibrationResult) -> dict:
     """The content of CAL.json, as DESIGN.md has it."""
-    curve = {
-        "angle_deg": result.curve.angle_deg.tolist(),
+    if result.kind == SUBDIVISION:
+        abscissa, arc = {"line_deg": result.curve.line_deg.tolist()}, None
+    else:
+        abscissa, arc = {"angle_deg": result.curve.angle_deg.tolist()}, result.curve.arc_deg
+    curve = abscissa | {
         "error_arcsec": result.curve.error_arcsec.tolist(),
         "u_arcsec": None if result.curve.u_arcsec is None else result.curve.u_arcsec.tolist(),
     }
-    if result.curve.arc_deg is not None:
-        curve["arc_deg"] = list(result.curve.arc_deg)
+    if arc is not None:
+        curve["arc_deg"] = list(arc)
     return {
         "format": FORMAT,
         "version": VERSION,
