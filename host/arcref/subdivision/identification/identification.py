@@ -1,6 +1,5 @@
 """The one interface of the ways to identify a channel pair: samples at known phases in, a parameter set out."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,10 +13,11 @@ USUAL_ORDERS = (1, 3, 5)
 
 @dataclass(frozen=True, eq=False)
 class PeriodSamples:
-    """Sine and cosine at known phases of a grating line.
+    """Sine and cosine at known phases of a grating line: what every identification takes.
 
     `theta_rad`: float64[n], true phase of each sample; `sine_v`, `cosine_v`: float64[n]. Samples of many periods may
-    stand behind each other; `theta_rad` then counts on or starts anew at each, as one likes.
+    stand behind each other; `theta_rad` then counts on or starts anew at each, as one likes. `cosine_sign`: as in
+    `SignalModel`.
     """
 
     theta_rad: np.ndarray
@@ -29,7 +29,7 @@ class PeriodSamples:
 
 @dataclass(frozen=True, eq=False)
 class IdentifiedParameters:
-    """What an identification found.
+    """What every identification gives.
 
     `model`: the signals, amplitudes of 0 or more; `method`: name of the way; `residual_rms_v`: rms of samples less
     model, (sine, cosine); `noise_v`: the same per degree of freedom, an estimate of one sample's standard deviation;
@@ -43,10 +43,3 @@ class IdentifiedParameters:
     samples: int
     seconds: float
     details: dict = field(default_factory=dict)
-
-
-Identification = Callable[[PeriodSamples, tuple[int, ...]], IdentifiedParameters]
-"""A way to identify: `way(samples, orders)`, `orders` being the harmonics of the model, 1 among them.
-
-Raises `InputError` when the samples do not determine that many parameters.
-"""

@@ -47,7 +47,7 @@ def check_samples(samples: PeriodSamples, orders: tuple[int, ...]) -> None:
 
 
 def least_squares(samples: PeriodSamples, orders: tuple[int, ...] = USUAL_ORDERS) -> IdentifiedParameters:
-    """Offset, amplitudes and phases with the least sum of squared residuals. See `Identification`."""
+    """Offset, amplitudes and phases with the least sum of squared residuals."""
     check_samples(samples, orders)
     started = time.perf_counter()
     columns = design_matrix(samples.theta_rad, orders)
