@@ -129,7 +129,9 @@ def _check_keys(path: Path, rows: dict[str, int], known: Sequence[str]) -> None:
     for key, row in rows.items():
         if key in known:
             continue
-        near = difflib.get_close_matches(key.lower().replace(" ", "_").replace("-", "_"), known, 1, _ALIKE)
+        plain = key.lower().replace(" ", "_").replace("-", "_")
+        in_another_unit = [name for name in known if name.rpartition("_")[0] == plain.rpartition("_")[0] != ""]
+        near = in_another_unit or difflib.get_close_matches(plain, known, 1, _ALIKE)
         shown = key if len(key) <= 60 else key[:57] + "..."
         if near:
             problem = f"the metadata key {shown!r} is not known, {near[0]!r} was probably meant"

@@ -29,12 +29,15 @@ NAMED = {
     "order": "faces in the wrong order",
     "skip": "was skipped",
     "jump": "was skipped",
-    "clockwise": "was it turned clockwise for counter-clockwise?",
+    "clockwise": "was it turned clockwise for counter-clockwise",
     "certificate-order": "counted clockwise for counter-clockwise",
-    "certificate-shift": "the certificate seems to be 1 face behind",
-    "certificate-slip": "the polygon seems to have jumped one face",
+    "certificate-shift": "face 1 of the run seems to be the one whose deviation stands at face",
+    "certificate-slip": "the polygon seems to have jumped one face|a line of it was lost or doubled",
 }
-"""What must be said of each mistake of the operator."""
+"""What must be said of each mistake of the operator, as regular expressions.
+
+In a single round a slip in the certificate and a polygon that jumped look the same.
+"""
 
 
 @dataclass(frozen=True)

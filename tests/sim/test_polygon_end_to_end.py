@@ -1,5 +1,7 @@
 """Simulated polygon runs from the file to the ROM, against the truth: what is left, what is stated, what is named."""
 
+import re
+
 import numpy as np
 import pytest
 from simulated_calibration import NAMED, SimulatedCalibration, corrected_errors_arcsec, rms
@@ -121,27 +123,28 @@ def test_a_mistake_in_the_order_of_faces_is_named_for_every_polygon(mistake, fac
     for rounds in (1, 4):
         for seed in range(4):
             line = complaint(SimulatedCalibration(seed, faces=faces, rounds=rounds, mistake=mistake), tmp_path)
-            assert NAMED[mistake] in line
+            assert re.search(NAMED[mistake], line)
             assert f"{tmp_path / 'run.csv'}, row " in line
 
 
 @pytest.mark.parametrize("faces", FACES)
 @pytest.mark.parametrize("mistake", ["sign", "arcmin"])
 def test_a_mistake_in_the_numbers_is_named_from_what_the_rounds_say(mistake, faces, tmp_path):
-    """With 5 arcsec of setting the rounds show it for every polygon; with 36 faces and more a single round does."""
+    """With 5 arcsec of setting the rounds show it for every polygon; with 23 faces and more a single round does."""
     for rounds, conditions in ((4, {"setting_scatter_arcsec": 5.0}), (1, {})):
-        if rounds == 1 and faces < 36:
+        if rounds == 1 and faces < 23:
             continue
         for seed in range(6):
             calibration = SimulatedCalibration(seed, faces=faces, rounds=rounds, mistake=mistake, conditions=conditions)
-            assert NAMED[mistake] in complaint(calibration, tmp_path), (seed, rounds)
+            assert re.search(NAMED[mistake], complaint(calibration, tmp_path)), (seed, rounds)
 
 
 @pytest.mark.parametrize("faces", [36, 72])
 @pytest.mark.parametrize("mistake", ["certificate-order", "certificate-shift", "certificate-slip"])
 def test_a_certificate_copied_wrongly_is_named_where_faces_are_many(mistake, faces, tmp_path):
-    """One round: what tells is that errors are smooth and face deviations are not, which takes faces."""
-    for seed in range(6):
-        line = complaint(SimulatedCalibration(seed, faces=faces, rounds=1, mistake=mistake), tmp_path)
-        assert NAMED[mistake] in line, seed
-        assert "column face_deviation_arcsec" in line
+    """What tells is that errors are smooth and face deviations are not, which takes faces; more rounds do not help."""
+    for rounds in (1, 3):
+        for seed in range(4):
+            line = complaint(SimulatedCalibration(seed, faces=faces, rounds=rounds, mistake=mistake), tmp_path)
+            assert re.search(NAMED[mistake], line), (seed, rounds)
+            assert "column face_deviation_arcsec" in line

@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +41,14 @@ def test_the_group_lists_its_verbs_with_their_help():
     for verb in ("polygon", "closure", "theodolite", "zero-return"):
         assert f"  {verb} " in shown
     assert "Write a closure run of known truth." in shown
+
+
+def test_help_of_the_group_imports_none_of_its_verbs():
+    code = "import sys, arcref_sim.simulate_command as c; c.simulate.main(['--help'], standalone_mode=False); "
+    code += "bad = {'numpy', 'rich', 'amaranth', 'arcref_gateware', 'arcref_sim.metrology'} & set(sys.modules); "
+    code += "sys.exit(f'imported {bad}' if bad else 0)"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert result.returncode == 0, result.stderr
 
 
 @pytest.mark.parametrize("verb", COLUMNS)

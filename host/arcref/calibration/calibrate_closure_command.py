@@ -10,7 +10,7 @@ from rich.text import Text
 
 from arcref.calibration.calibration_output import OutputOptions, calibration_options, finish_calibration
 from arcref.calibration.calibration_result import CalibrationResult
-from arcref.calibration.closure_plan import ClosurePlan, plan_sentences
+from arcref.calibration.closure_plan import ClosurePlan, plan_sentences, read_plan
 from arcref.calibration.closure_result import closure_result
 from arcref.calibration.closure_run import SETTING, read_closure_run
 from arcref.calibration.fit_options import FitOptions, second_curve
@@ -20,36 +20,36 @@ from arcref.input_file import read_input_file
 _BAR = 30
 
 
-def _show_plan(context: click.Context, _parameter, value) -> None:
-    """Print the plan and end, before RUN.csv and CAL.json are asked for."""
-    if value is None or context.resilient_parsing:
-        return
-    faces, settings, step_deg = value
-    print_plan(ClosurePlan.of(faces, _settings(settings), step_deg))
-    context.exit()
-
-
 @click.command()
 @calibration_options
 @click.option(
     "--sign", type=click.Choice(["+1", "-1"]), help="Sign of x, whatever the run file's autocollimator_sign says."
 )
+@click.option("--plan", is_flag=True, help="Say what a run would separate, before it is taken, and end.")
+@click.option("--faces", type=int, metavar="N", help="For --plan: faces of the polygon.")
 @click.option(
-    "--plan",
-    type=(int, str, float),
-    metavar="FACES SETTINGS STEP_DEG",
-    is_eager=True,
-    expose_value=False,
-    callback=_show_plan,
-    help="Say what a run would separate, before it is taken; SETTINGS is how many, or 1,2,5 for their numbers.",
+    "--settings", metavar="N|K,K,...", help="For --plan: how many settings, or their numbers.  [default: all]"
 )
-def closure(run, output, report, json_path, csv_path, as_left, verify, fit, compare, sign):
+@click.option(
+    "--setting-step", type=float, metavar="DEG", help="For --plan: from one to the next.  [default: face spacing]"
+)
+@click.pass_context
+def closure(
+    context, run, output, report, json_path, csv_path, as_left, verify, fit, compare,
+    sign, plan, faces, settings, setting_step,
+):  # fmt: skip
     """Calibrate encoder and polygon together, without a certificate.
 
     The polygon is set at several positions on the encoder; RUN.csv has the columns
     setting,face,position_deg,autocollimator_x_arcsec and, if wanted, round. The face deviations come with the encoder's
-    errors.
+    errors. With --plan nothing is calibrated, and RUN.csv may hold setting and face alone, or be left out.
     """
+    if plan:
+        print_plan(read_plan(run) if run else plan_of_options(faces, settings, setting_step))
+        return
+    for parameter in context.command.params:
+        if parameter.name in _NEEDED and context.params[parameter.name] is None:
+            raise click.MissingParameter(ctx=context, param=parameter)
     options = OutputOptions(run, output, report, json_path, csv_path, as_left, verify, fit, compare)
     options.check()
     wanted = None if sign is None else int(sign)
@@ -57,12 +57,30 @@ def closure(run, output, report, json_path, csv_path, as_left, verify, fit, comp
     def calibrated(path: Path, fit_options: FitOptions) -> CalibrationResult:
         return closure_result(read_closure_run(path, wanted), fit_options)
 
-    second = second_curve(verify, SETTING, lambda path: calibrated(path, FitOptions(fit, plots=False)).curve)
+    second = second_curve(verify, SETTING, lambda path: calibrated(path, FitOptions(fit)).curve)
     result = calibrated(run, FitOptions(fit, compare, second, report is not None))
     if verify is not None:
         result.provenance["verified_with"] = read_input_file(verify).record
     left = None if as_left is None else calibrated(as_left, FitOptions(fit, compare, None, report is not None))
     finish_calibration(result, options, left)
+
+
+_NEEDED = ("run", "output")
+
+# Needed by every run, but not by a plan.
+for _parameter in closure.params:
+    if _parameter.name in _NEEDED:
+        _parameter.required = False
+
+
+def plan_of_options(faces: int | None, settings: str | None, setting_step: float | None) -> ClosurePlan:
+    """The plan that the options state. Raises `InputError` when they state none."""
+    if faces is None:
+        raise InputError("--plan needs --faces, or a run file that states them")
+    if faces < 1:
+        raise InputError(f"{faces} faces, 3 .. 360 were expected")
+    numbers = _settings(settings) if settings is not None else tuple(range(1, faces + 1))
+    return ClosurePlan.of(faces, numbers, 360.0 / faces if setting_step is None else setting_step)
 
 
 def print_plan(plan: ClosurePlan) -> None:
@@ -115,9 +133,9 @@ def _settings(text: str) -> tuple[int, ...]:
     try:
         numbers = tuple(int(part) for part in text.split(","))
     except ValueError:
-        raise InputError(f"--plan: {text!r} is neither how many settings nor their numbers, as in 1,2,5") from None
+        raise InputError(f"--settings: {text!r} is neither how many settings nor their numbers, as in 1,2,5") from None
     if len(numbers) > 1:
         return numbers
     if not 2 <= numbers[0] <= 1000:
-        raise InputError(f"--plan: {numbers[0]} settings, 2 .. 1000 were expected")
+        raise InputError(f"--settings: {numbers[0]} settings, 2 .. 1000 were expected")
     return tuple(range(1, numbers[0] + 1))

@@ -1,5 +1,6 @@
 """`arcref calibrate theodolite`: the encoder's error over an arc, from a mirror and an autocollimating theodolite."""
 
+import math
 from pathlib import Path
 
 import click
@@ -9,6 +10,7 @@ from arcref.calibration.calibration_result import CalibrationResult
 from arcref.calibration.fit_options import FitOptions, second_curve
 from arcref.calibration.theodolite_result import theodolite_result
 from arcref.calibration.theodolite_run import ZENITH, read_theodolite_run
+from arcref.input_error import InputError
 from arcref.input_file import read_input_file
 
 
@@ -28,11 +30,13 @@ def theodolite(run, output, report, json_path, csv_path, as_left, verify, fit, c
     """
     options = OutputOptions(run, output, report, json_path, csv_path, as_left, verify, fit, compare)
     options.check()
+    if require is not None and not math.isfinite(require):
+        raise InputError(f"--require: {require:g} is not a finite number")
 
     def calibrated(path: Path, fit_options: FitOptions) -> CalibrationResult:
         return theodolite_result(read_theodolite_run(path), fit_options, require)
 
-    second = second_curve(verify, ZENITH, lambda path: calibrated(path, FitOptions(fit, plots=False)).curve)
+    second = second_curve(verify, ZENITH, lambda path: calibrated(path, FitOptions(fit)).curve)
     result = calibrated(run, FitOptions(fit, compare, second, report is not None))
     if verify is not None:
         result.provenance["verified_with"] = read_input_file(verify).record

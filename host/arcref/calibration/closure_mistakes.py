@@ -40,12 +40,12 @@ def refuse_misplaced(run: RunFile, faces: int, step_deg: float, setting: np.ndar
             raise run.error(f"{position[index]:g} deg: {reason}", reading=index, column=POSITION)
     x = run[X][index]
     problem = (
-        f"{position[index]:g} deg, near {np.mod(expected, 360.0):g} deg was expected "
+        f"{position[index]:g} deg, near {round(np.mod(expected, 360.0), 2) % 360:g} deg was expected "
         f"(face {face[index] + 1} at setting {setting[index]})"
     )
     met = face[index] + off[index] * faces / 360.0
     if abs(_wrapped(x - expected)) < limit < abs(off[index]) and abs(position[index]) < 60.0:
-        problem += f"; {x:g} in column {X} fits: are the two swapped?"
+        problem += f"; {round(x, 2):g} in column {X} fits: are the two swapped?"
     elif abs(met - round(met)) * 360.0 / faces < limit:
         problem += f"; face {round(met) % faces + 1} is met there"
     raise run.error(problem, reading=index, column=POSITION)
@@ -57,22 +57,22 @@ def refuse_misread(run: RunFile, x_arcsec, residual_arcsec, x_residual_arcsec, s
     `residual_arcsec`, `x_residual_arcsec`: float64[n], what the solution leaves of the readings and of x alone.
     """
     left = _rms(residual_arcsec)
-    if left < _WORTH_ARCSEC:
+    square = float(np.sum(np.square(x_residual_arcsec)))
+    if left < _WORTH_ARCSEC or square == 0.0:
         return
-    for factor, what in (
-        (-1.0, f"with the other sign: autocollimator_sign is {-sign:+d}, not {sign:+d}"),
-        (60.0, "taken for arcmin"),
-        (-60.0, "taken for arcmin of the other sign"),
-        (3600.0, "taken for degrees"),
-        (-3600.0, "taken for degrees of the other sign"),
-    ):
-        other = _rms(residual_arcsec + (factor - 1.0) * sign * x_residual_arcsec)
-        if other * BETTER < left:
-            index = int(np.argmax(np.abs(x_arcsec)))
-            problem = (
-                f"the readings disagree by {left:.3g} arcsec rms, and by {other:.3g} arcsec with this column {what}"
-            )
-            raise run.error(problem, reading=index, column=X)
+    # The multiple of x that fits the encoder's readings best. A small one only says that the shaft stood still.
+    factor = 1.0 - sign * float(residual_arcsec @ x_residual_arcsec) / square
+    other = _rms(residual_arcsec + (factor - 1.0) * sign * x_residual_arcsec)
+    if other * BETTER > left or -0.5 < factor < 1.5:
+        return
+    meant = {1.0: "", 60.0: " taken for arcmin", 3600.0: " taken for degrees"}
+    unit = next((text for value, text in meant.items() if abs(abs(factor) / value - 1) < 0.2), None)
+    what = f" times {abs(factor):.3g}" if unit is None else unit
+    if factor < 0:
+        what += f"{' and' if what else ''} with the other sign: autocollimator_sign is {-sign:+d}, not {sign:+d}"
+    index = int(np.argmax(np.abs(x_arcsec)))
+    problem = f"the readings disagree by {left:.3g} arcsec rms, and by {other:.3g} arcsec with this column{what}"
+    raise run.error(problem, reading=index, column=X)
 
 
 def refuse_deviations(run: RunFile, face_numbers, deviation_arcsec, mounting_arcsec) -> None:
@@ -109,7 +109,7 @@ def _common_reason(run: RunFile, faces: int, step_deg: float, setting, face, lim
         return "all positions fit with setting and face swapped"
     other = _step_of(position, faces, setting, face)
     if other is not None and _fits(position, nominal_position_deg(faces, other, setting, face), limit):
-        return f"all positions fit settings {other:.6g} deg apart, setting_step_deg states {step_deg:g}"
+        return f"all positions fit settings {round(other, 2):g} deg apart, setting_step_deg states {step_deg:g}"
     return None
 
 

@@ -7,9 +7,21 @@ from itertools import combinations, islice
 import numpy as np
 
 from arcref.calibration.closure_design import SettingsDesign
-from arcref.calibration.closure_run import LARGEST_SETTING, SMALLEST_STEP_DEG
-from arcref.calibration.polygon_run import FEWEST_FACES, MOST_FACES
+from arcref.calibration.closure_run import (
+    FACE,
+    LARGEST_SETTING,
+    POSITION,
+    ROUND,
+    SETTING,
+    SMALLEST_STEP_DEG,
+    X,
+    read_settings,
+    stated_step_deg,
+)
+from arcref.calibration.metadata_keys import CLOSURE, known_keys
+from arcref.calibration.polygon_metadata import FEWEST_FACES, MOST_FACES, stated_faces
 from arcref.input_error import InputError
+from arcref.run_file import read_run_file
 
 WEAK = 2.0
 """Orders with this much more noise than in a whole set are named."""
@@ -19,7 +31,7 @@ _CHOICES_LOOKED_AT = 40_000
 
 @dataclass(frozen=True, eq=False)
 class ClosurePlan:
-    """Settings (numbers from 1) of a polygon, `step_deg` apart, each face read once at each."""
+    """Settings (numbers from 1) of a polygon, `step_deg` apart, and which faces are read at each."""
 
     faces: int
     settings: tuple[int, ...]
@@ -39,11 +51,16 @@ class ClosurePlan:
             raise InputError(f"settings are numbered from 1 to {LARGEST_SETTING} at most")
         setting, face = np.meshgrid(settings, np.arange(faces), indexing="ij")
         try:
-            design = SettingsDesign.of(faces, step_deg, setting.ravel(), face.ravel())
-            _ = design.lost
+            return cls.of_readings(faces, step_deg, setting.ravel(), face.ravel())
         except ValueError as error:
             raise InputError(f"{faces} faces, {len(settings)} settings, {step_deg:g} deg apart: {error}") from None
-        return cls(faces, tuple(settings), step_deg, design)
+
+    @classmethod
+    def of_readings(cls, faces: int, step_deg: float, setting, face, round_=None) -> "ClosurePlan":
+        """The plan of these readings, as `SettingsDesign.of` takes them. Raises `ValueError` as that does."""
+        design = SettingsDesign.of(faces, step_deg, setting, face, round_)
+        _ = design.lost
+        return cls(faces, tuple(int(number) for number in np.unique(setting)), step_deg, design)
 
     @property
     def u_per_reading(self) -> float:
@@ -77,6 +94,22 @@ class ClosurePlan:
         best = choices[int(np.argmin(np.round(together, 9)))]
         plan = ClosurePlan.of(self.faces, tuple(int(place) + 1 for place in best), 360.0 / self.faces)
         return plan if plan.largest_factor < 0.9 * self.largest_factor else None
+
+
+def read_plan(path) -> ClosurePlan:
+    """The plan of a run file, with or without its readings.
+
+    Raises `InputError` as `read_run_file` does, and for a plan that cannot be.
+    """
+    run = read_run_file(path, (SETTING, FACE), (ROUND, POSITION, X), known_keys(CLOSURE))
+    faces, step_deg = stated_faces(run), stated_step_deg(run)
+    setting, face, round_ = read_settings(run, faces)
+    if len(np.unique(setting)) < 2:
+        raise InputError.at(run.path, "at least two settings of the polygon were expected: one separates nothing")
+    try:
+        return ClosurePlan.of_readings(faces, step_deg, setting, face, round_)
+    except ValueError as error:
+        raise run.metadata_error("setting_step_deg", f"{step_deg:g} deg: {error}") from None
 
 
 def plan_sentences(design: SettingsDesign) -> tuple[str, ...]:

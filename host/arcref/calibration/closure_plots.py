@@ -81,7 +81,6 @@ def orders_plot(design: SettingsDesign) -> str:
 
 def _series_labels(run: ClosureRun) -> list[str]:
     """The setting of each series, with its round when there are several."""
-    label = {}
-    for series, round_, setting in zip(run.design.series, run.round, run.setting, strict=True):
-        label[int(series)] = f"{setting}" if run.rounds == 1 else f"{round_}: {setting}"
-    return [label[number] for number in range(run.design.series_count)]
+    _, first = np.unique(run.design.series, return_index=True)
+    several = run.rounds > 1
+    return [f"{run.round[index]}: {run.setting[index]}" if several else f"{run.setting[index]}" for index in first]

@@ -1,31 +1,24 @@
 """From a closure run to its calibration: error curve, budget, checks, and what the report says."""
 
-import math
-
 import numpy as np
-from scipy.stats import chi2
 
-from arcref.angle import ARCSEC_PER_COUNT
 from arcref.calibration.calibration_provenance import calibration_provenance
-from arcref.calibration.calibration_result import CalibrationResult, Check, SeriesErrors
+from arcref.calibration.calibration_result import CalibrationResult, SeriesErrors
 from arcref.calibration.closure_budget import closure_budget, face_u_arcsec, position_u_arcsec, repeatability
-from arcref.calibration.closure_mistakes import refuse_deviations, refuse_misread
-from arcref.calibration.closure_plan import WEAK
-from arcref.calibration.closure_run import ClosureRun, X
-from arcref.calibration.closure_sections import closure_sections, outlier_rows, reading_name
-from arcref.calibration.closure_solution import FALSE_ALARM, ClosureSolution, solve_closure
+from arcref.calibration.closure_checks import (
+    closure_checks,
+    closure_not_checked,
+    closure_warnings,
+    refuse_mistakes,
+)
+from arcref.calibration.closure_run import ClosureRun
+from arcref.calibration.closure_sections import closure_sections
+from arcref.calibration.closure_solution import ClosureSolution, solve_closure
 from arcref.calibration.fit_options import USUAL_FIT, FitOptions, fit_report
-from arcref.calibration.fit_sections import aliasing_warning
 from arcref.calibration.fits.fit_names import fit_curve
-from arcref.calibration.metadata_keys import stated_number
 from arcref.error_curve import ErrorCurve
 
 DATUM = "mean of the encoder's errors over the positions and mean of the face deviations both zero"
-
-OUTLIERS_NAMED = 5
-
-# A quarter of a signal period: an error within a line has then changed altogether.
-_SAME_PLACE_ARCSEC = 79.0
 
 _DIGITS = 6
 
@@ -33,7 +26,7 @@ _DIGITS = 6
 def closure_result(run: ClosureRun, options: FitOptions = USUAL_FIT) -> CalibrationResult:
     """Solve and judge a run. Raises `InputError` for readings that no such set-up gives, see `closure_mistakes`."""
     solution = solve_closure(run.design, run.reading_arcsec())
-    _refuse_mistakes(run, solution)
+    refuse_mistakes(run, solution)
     curve = _curve(run, solution)
     fitted = fit_curve(curve, options.fit)
     budget = closure_budget(run, solution, fitted)
@@ -49,20 +42,14 @@ def closure_result(run: ClosureRun, options: FitOptions = USUAL_FIT) -> Calibrat
         budget=budget,
         method=_method(run),
         figures=_figures(run, solution, curve, budget, face_u),
-        checks=_checks(run, solution),
-        warnings=_warnings(run, fitted, readings_deg),
+        checks=closure_checks(run, solution),
+        warnings=closure_warnings(run, fitted, readings_deg),
         sections=closure_sections(run, solution, face_u, options.plots) + fit_sections,
-        not_checked=_not_checked(run),
+        not_checked=closure_not_checked(run),
         provenance=curve.provenance,
         fitted=fitted,
         series=_series(run, solution),
     )
-
-
-def _refuse_mistakes(run: ClosureRun, solution: ClosureSolution) -> None:
-    x_alone = solve_closure(run.design, run.x_arcsec)
-    refuse_misread(run.run, run.run[X], solution.residual_arcsec, x_alone.residual_arcsec, run.sign)
-    refuse_deviations(run.run, run.design.faces, solution.face_deviation_arcsec, solution.mounting_arcsec)
 
 
 def _curve(run: ClosureRun, solution: ClosureSolution) -> ErrorCurve:
@@ -119,69 +106,6 @@ def _results(run: ClosureRun, solution: ClosureSolution, face_u: np.ndarray | No
     }
 
 
-def _checks(run: ClosureRun, solution: ClosureSolution) -> tuple[Check, ...]:
-    design, checks = run.design, []
-    outliers = outlier_rows(run, solution)
-    if design.degrees_of_freedom > 1:
-        named = "; ".join(
-            f"{reading_name(run, index)}: residual {solution.residual_arcsec[index]:+.2f} arcsec, "
-            f"{abs(solution.studentized_residual[index]):.1f} standard deviations of the others"
-            for index in outliers[:OUTLIERS_NAMED]
-        )
-        more = f"; {len(outliers) - OUTLIERS_NAMED} more" if len(outliers) > OUTLIERS_NAMED else ""
-        found = named + more or f"largest {np.abs(solution.studentized_residual).max():.1f} standard deviations"
-        checks.append(Check("No reading stands out from all others.", found, not outliers))
-    stated, sigma = stated_number(run.run, "u_repeatability_arcsec"), solution.sigma_arcsec
-    if stated is not None and design.degrees_of_freedom > 0:
-        freedom = design.degrees_of_freedom
-        # A reading of the encoder is a whole count besides.
-        limit = math.hypot(stated, ARCSEC_PER_COUNT / math.sqrt(12)) * math.sqrt(
-            chi2.isf(FALSE_ALARM, freedom) / freedom
-        )
-        sentence = f"The readings scatter no more than the stated {stated:g} arcsec and whole counts explain."
-        checks.append(Check(sentence, f"{sigma:.3f} arcsec, limit {limit:.3f}", bool(sigma <= limit)))
-    if run.closing_error_arcsec:
-        place, worst = max(run.closing_error_arcsec.items(), key=lambda item: abs(item[1]))
-        sentence = f"The first face read again agrees within {run.closing_limit_arcsec:g} arcsec at each setting."
-        found = f"{worst:+.3f} arcsec at most, setting {place[1]}" + (f", round {place[0]}" if run.rounds > 1 else "")
-        checks.append(Check(sentence, found, abs(worst) <= run.closing_limit_arcsec))
-    lost, bounded = design.lost_orders, stated_number(run.run, "u_face_deviation_arcsec") is not None
-    found = f"order {', '.join(map(str, lost))} lost" if lost else "all of them"
-    if lost and bounded:
-        found += ", bounded by the stated u_face_deviation_arcsec"
-    sentence = "Every order of the encoder's error is told from the faces, or bounded by what is stated of them."
-    checks.append(Check(sentence, found, bounded or not design.lost_from_faces.any()))
-    return tuple(checks)
-
-
-def _warnings(run: ClosureRun, fitted, readings_deg: np.ndarray) -> tuple[str, ...]:
-    warnings = []
-    if run.sign_basis.startswith("assumed") and np.ptp(run.x_arcsec) > 0:
-        warnings.append(
-            "The run file states no autocollimator_sign; +1 was taken: x grows as the encoder's reading would."
-        )
-    factor = np.nan_to_num(run.design.noise_factor)
-    if factor.max() > WEAK:
-        order = int(run.design.orders[int(np.argmax(factor))])
-        plan = f"arcref calibrate closure --plan {run.faces} {_numbers(run.setting)} {run.setting_step_deg:g}"
-        warnings.append(
-            f"These settings separate order {order} with {factor.max():.1f} times the noise of a whole set; "
-            f"'{plan}' says what would do better."
-        )
-    if run.design.lost_to_mountings:
-        warnings.append(
-            f"Some settings share no position, so order {', '.join(map(str, run.design.lost_orders))} cannot be told "
-            "from their mountings; it is in neither the curve nor its uncertainty."
-        )
-    if run.spread_arcsec > _SAME_PLACE_ARCSEC:
-        warnings.append(
-            f"Readings that count as one position lie up to {run.spread_arcsec:.0f} arcsec from their mean: an error "
-            "within the grating line is not the same in them and counts as scatter."
-        )
-    aliased = aliasing_warning(fitted, readings_deg)
-    return (*warnings, aliased) if aliased else tuple(warnings)
-
-
 def _method(run: ClosureRun) -> tuple[str, ...]:
     x = "added to" if run.sign > 0 else "subtracted from"
     solved = (
@@ -221,19 +145,6 @@ def _figures(run, solution, curve, budget, face_u) -> tuple[tuple[str, str], ...
         rows.append(("u of a face, from scatter", f"{face_u.max():.3f} arcsec at most (k=1)"))
     rows.append(("expanded uncertainty", f"{budget.expanded_arcsec:.2f} arcsec (k=2) of a corrected angle"))
     return tuple(rows)
-
-
-def _not_checked(run: ClosureRun) -> tuple[str, ...]:
-    return (
-        "A drift that is the same at each setting looks like face deviations; only the first face, read again at the "
-        "end of a setting, shows it.",
-        "Tower tilt: there are no y readings. A tilt that turns with the polygon counts as face deviations, one that "
-        "stays with the encoder as its error.",
-        "The scale of the autocollimator, which every x reading shares.",
-        f"Errors between the positions: an order above {run.design.orders[-1]} looks like a lower one.",
-        "The error within a grating line: positions are repeated within "
-        f"{run.spread_arcsec:.0f} arcsec, and a line is 316 arcsec wide.",
-    )
 
 
 def _series(run: ClosureRun, solution: ClosureSolution) -> SeriesErrors:
@@ -280,13 +191,6 @@ def _by_face(run: ClosureRun, values: np.ndarray) -> list:
     for face, value in zip(run.design.faces, values, strict=True):
         found[face] = _rounded(value)
     return found
-
-
-def _numbers(setting: np.ndarray) -> str:
-    """The settings as `--plan` takes them."""
-    numbers = np.unique(setting)
-    whole = np.array_equal(numbers, np.arange(1, len(numbers) + 1))
-    return str(len(numbers)) if whole else ",".join(map(str, numbers))
 
 
 def _rounded(value) -> float:

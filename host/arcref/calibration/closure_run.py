@@ -7,7 +7,7 @@ import numpy as np
 from arcref.calibration.closure_design import SettingsDesign, nominal_position_deg
 from arcref.calibration.closure_mistakes import refuse_misplaced
 from arcref.calibration.metadata_keys import CLOSURE, known_keys, stated_number
-from arcref.calibration.polygon_run import FEWEST_FACES, MOST_FACES
+from arcref.calibration.polygon_metadata import FEWEST_FACES, autocollimator_sign, stated_faces
 from arcref.error_curve import CLOSURE_TOLERANCE_ARCSEC
 from arcref.input_error import InputError
 from arcref.run_file import RunFile, read_run_file
@@ -86,13 +86,11 @@ def read_closure_run(path, sign: int | None = None) -> ClosureRun:
     shows, a face read twice at one setting, a single setting, and metadata that cannot be.
     """
     run = read_run_file(path, (SETTING, FACE, POSITION, X), (ROUND,), known_keys(CLOSURE))
-    faces, step_deg = _faces(run), _step(run)
-    used_sign, basis = _sign(run, sign)
+    faces, step_deg = stated_faces(run), stated_step_deg(run)
+    used_sign, basis = autocollimator_sign(run, sign)
     if not run.rows:
         raise InputError.at(run.path, "no readings, at least two settings of the polygon were expected")
-    setting = _whole_numbers(run, SETTING, 1, LARGEST_SETTING)
-    face = _whole_numbers(run, FACE, 1, faces) - 1
-    round_ = _whole_numbers(run, ROUND, 1, LARGEST_SETTING) if ROUND in run.columns else np.ones(len(face), int)
+    setting, face, round_ = read_settings(run, faces)
     for column, limit, unit in ((X, LARGEST_X_ARCSEC, "arcsec"), (POSITION, LARGEST_POSITION_DEG, "deg")):
         absurd = np.flatnonzero(np.abs(run[column]) > limit)
         if absurd.size and absurd.size < len(face) / 2:
@@ -121,22 +119,21 @@ def read_closure_run(path, sign: int | None = None) -> ClosureRun:
     )
 
 
+def read_settings(run: RunFile, faces: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Setting (from 1), face (from 0) and round (from 1) of each reading, int[n] each."""
+    setting = _whole_numbers(run, SETTING, 1, LARGEST_SETTING)
+    face = _whole_numbers(run, FACE, 1, faces) - 1
+    round_ = _whole_numbers(run, ROUND, 1, LARGEST_SETTING) if ROUND in run.columns else np.ones(len(face), int)
+    return setting, face, round_
+
+
 def wrapped_deg(angle_deg) -> np.ndarray:
     """The same direction in -180 .. 180 deg."""
     return angle_deg - 360.0 * np.rint(np.asarray(angle_deg) / 360.0)
 
 
-def _faces(run: RunFile) -> int:
-    value = stated_number(run, "faces")
-    if value is None:
-        raise InputError.at(run.path, "metadata faces is missing: state the number of faces, as in '# faces: 24'")
-    if value != round(value) or not FEWEST_FACES <= value <= MOST_FACES:
-        problem = f"{value:g} faces, a whole number in {FEWEST_FACES} .. {MOST_FACES} was expected"
-        raise run.metadata_error("faces", problem)
-    return int(value)
-
-
-def _step(run: RunFile) -> float:
+def stated_step_deg(run: RunFile) -> float:
+    """Turn from one setting to the next. Raises `InputError` when the metadata do not state it."""
     value = stated_number(run, "setting_step_deg")
     if value is None:
         problem = (
@@ -148,19 +145,6 @@ def _step(run: RunFile) -> float:
         problem = f"{value:g} deg, {SMALLEST_STEP_DEG:g} deg to less than a turn were expected, either way"
         raise run.metadata_error("setting_step_deg", problem)
     return value
-
-
-def _sign(run: RunFile, option: int | None) -> tuple[int, str]:
-    """The sign of x, and where it comes from."""
-    stated = stated_number(run, "autocollimator_sign")
-    if stated is not None and abs(stated) != 1:
-        raise run.metadata_error("autocollimator_sign", f"{stated:g}, +1 or -1 was expected")
-    if option is not None:
-        differs = f", against {stated:+g} in the run file" if stated not in (None, option) else ""
-        return option, f"by the command's option{differs}"
-    if stated is not None:
-        return int(stated), "by the run file"
-    return 1, "assumed: the run file states no autocollimator_sign"
 
 
 def _whole_numbers(run: RunFile, column: str, lowest: int, highest: int) -> np.ndarray:

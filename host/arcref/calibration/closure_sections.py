@@ -24,9 +24,8 @@ def closure_sections(
 
 def outlier_rows(run: ClosureRun, solution: ClosureSolution) -> list[int]:
     """Readings (of the run) that stand out, the worst first."""
-    size = np.abs(solution.studentized_residual)
-    order = np.argsort(-size, kind="stable")
-    return [int(index) for index in order if size[index] > solution.outlier_limit]
+    size, limit = np.abs(solution.studentized_residual), solution.outlier_limit
+    return [int(index) for index in np.argsort(-size, kind="stable") if size[index] > limit]
 
 
 def reading_name(run: ClosureRun, index: int) -> str:

@@ -23,7 +23,7 @@ class FitOptions:
     fit: str = DEFAULT_FIT
     compare: bool = False
     second: ErrorCurve | None = None
-    plots: bool = True
+    plots: bool = False
 
 
 USUAL_FIT = FitOptions()

@@ -260,6 +260,14 @@ def stated_number(run: RunFile, name: str) -> float | None:
     return value
 
 
+def stated_plus_or_minus_one(run: RunFile, key: str) -> int | None:
+    """What stands under `key`, None for nothing. Raises `InputError` for anything but +1 and -1."""
+    value = stated_number(run, key)
+    if value is not None and abs(value) != 1:
+        raise run.metadata_error(key, f"{value:g}, +1 or -1 was expected")
+    return None if value is None else int(value)
+
+
 def stated_standard_uncertainty(run: RunFile, name: str, expanded_name: str) -> float | None:
     """A standard uncertainty that may be stated as such (`name`) or as an expanded one with k=2 (`expanded_name`).
 

@@ -8,22 +8,17 @@ the run as given that chance cannot have done it. Two places show it:
   of the errors, over what it leaves of the alternative's, is the gain;
 - from round to round: the same face must give the same error, however the encoder was set.
 
-Chance: were the run right, the change that the alternative makes would have nothing to do with the errors. From face to
-face it is taken as normally distributed in each order of the turn, with whatever variance suits the alternative best:
-that the power of an order falls to a part r or less then has a chance of r/e at most (for an order with one phase only,
-sqrt(2 r / (pi e))), and Fisher's rule puts the orders together. From round to round it is a vector of any length and of
-random direction in d dimensions: that squares fall to a part r has the chance I(r; (d - 1)/2, 1/2) / 2, I being the
-regularised incomplete beta function. d counts no more than the readings that change, or the orders by their entropy.
-No alternative is ever put in place of the run: the user corrects it, or accepts it as it stands.
+How little chance can do is worked out in `chance_of_gain`. No alternative is ever put in place of the run: the user
+corrects it, or accepts it as it stands.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import betainc, gammaincc, xlogy
 from scipy.stats import t
 
+from arcref.calibration.chance_of_gain import TINY_ARCSEC2, chance_of_gain, rough_part
 from arcref.calibration.polygon_reduction import series_residual, unreferenced_errors
 from arcref.calibration.polygon_run import DEVIATION, PolygonRun, X
 from arcref.input_error import InputError
@@ -32,12 +27,9 @@ CHANCE = 1e-5
 """Probability of a false alarm that is put up with, for each kind of mistake."""
 
 OUTLIER_CHANCE = 1e-4
-
-_FACES_PER_SMOOTH_ORDER, _MOST_SMOOTH_ORDERS = 8, 8
+"""The same for a reading that stands out from the other rounds."""
 
 _RIVAL = 1.5  # sums of squares this close do not tell two alternatives apart
-
-_TINY_ARCSEC2 = 1e-8  # squares below this are rounding of the file's last digits
 
 
 @dataclass(frozen=True)
@@ -79,7 +71,9 @@ def suspected_mistake(run: PolygonRun) -> Suspicion | None:
     given = _errors(run, run.face_deviation_arcsec, run.x_arcsec)
     found = []
     for alternative in _alternatives(run, given):
-        chance, left = _chance(given, alternative, run.series.direction)
+        chance, left = chance_of_gain(
+            given, alternative.errors, run.series.direction, alternative.from_reading is None, alternative.parity
+        )
         if chance * alternative.kinds < CHANCE:
             found.append((left, alternative, chance * alternative.kinds))
     if not found:
@@ -103,7 +97,7 @@ def outliers(run: PolygonRun) -> list[tuple[int, float, float]]:
     # Part of a reading's own variance that stays in its residual.
     kept = np.where(same_way > 1, (1 - 1 / same_way) * (1 - 1 / run.faces), np.nan)
     total = (residual**2).sum()
-    if freedom < 3 or total < _TINY_ARCSEC2:
+    if freedom < 3 or total < TINY_ARCSEC2:
         return []
     own = residual**2 / kept
     studentised = np.sqrt(own * (freedom - 1) / np.maximum(total - own, 1e-300))
@@ -146,13 +140,27 @@ def _alternatives(run: PolygonRun, given: np.ndarray) -> Iterator[_Alternative]:
             "face numbers must rise as the encoder's reading does", given + of_face - turned, 2, parity=parity,
         )  # fmt: skip
     for step in range(1, n):
-        off = step if step <= n // 2 else step - n
         yield _Alternative(
-            "jump", DEVIATION,
-            f"the certificate seems to be {abs(off)} face{'s' * (abs(off) > 1)} {'behind' if off > 0 else 'ahead'}",
-            "face 1 of the run and of the certificate must be one", given + of_face - np.roll(of_face, -step), n - 1,
+            "jump", DEVIATION, f"face 1 of the run seems to be the one whose deviation stands at face {step + 1}",
+            "the certificate must begin at the face that was read first", given + of_face - np.roll(of_face, -step),
+            n - 1,
         )  # fmt: skip
+    if len(given) > 1:
+        yield from _certificate_slips(run, given, of_face)
     yield from _jumps_on_the_way(run, given, of_face)
+
+
+def _certificate_slips(run: PolygonRun, given: np.ndarray, of_face: np.ndarray) -> Iterator[_Alternative]:
+    """From one face on, in every round, the deviations are those of the neighbouring face: a line lost or doubled."""
+    n = run.faces
+    for step in (1, -1):
+        change = of_face - np.roll(of_face, -step)
+        for start in range(1, n):
+            yield _Alternative(
+                "jump", DEVIATION, "from here on the certificate seems to have slipped by one face",
+                "a line of it was lost or doubled as it was copied", given + np.where(np.arange(n) >= start, change, 0),
+                2 * (n - 1), int(run.series.reading_of_face[0, start]),
+            )  # fmt: skip
 
 
 def _jumps_on_the_way(run: PolygonRun, given: np.ndarray, of_face: np.ndarray) -> Iterator[_Alternative]:
@@ -174,86 +182,6 @@ def _jumps_on_the_way(run: PolygonRun, given: np.ndarray, of_face: np.ndarray) -
                 )  # fmt: skip
 
 
-def _chance(given: np.ndarray, alternative: _Alternative, direction: tuple[int, ...]) -> tuple[float, float]:
-    """Probability that chance makes the alternative so much better, and the sum of squares it leaves."""
-    changed = alternative.errors != given
-    rounds, freedom = series_residual(np.array([given, alternative.errors]), direction)
-    faces = _rough(given.mean(axis=0)), _rough(alternative.errors.mean(axis=0))
-    left = float((rounds[1] ** 2).sum() + (faces[1] ** 2).sum())
-    chances = [1.0]
-    if freedom:
-        before, after = rounds[0][changed], rounds[1][changed]
-        dimensions = min(freedom, _dimensions(_power(rounds[1] - rounds[0])))
-        chances.append(_half_beta(before, after, min(dimensions, changed.sum() - 1)))
-    touched = changed.any(axis=0)
-    if alternative.from_reading is None:
-        chances.append(_chance_by_orders(*faces, alternative.parity))
-    elif given.shape[0] == 1:
-        before, after = faces[0][touched], faces[1][touched]
-        dimensions = _dimensions(_power(faces[1] - faces[0])[np.newaxis])
-        chances.append(_half_beta(before, after, min(dimensions, touched.sum() - 1)))
-    return min(chances), left
-
-
-def _chance_by_orders(before: np.ndarray, after: np.ndarray, parity: int) -> float:
-    """From face to face: the gains of all rough orders together, after Fisher.
-
-    A change of one parity leaves the other part of the errors alone: only its own part is looked at.
-    """
-    if parity:
-        mirror = -np.arange(before.size) % before.size
-        before, after = ((errors + parity * errors[mirror]) / 2 for errors in (before, after))
-    own = slice(_orders(before.size), None)
-    changed = _power(after - before)[own] > _TINY_ARCSEC2
-    ratio = (_power(after)[own] + _TINY_ARCSEC2) / (_power(before)[own] + _TINY_ARCSEC2)
-    one_phase = np.full(ratio.size, bool(parity))
-    one_phase[-1] |= before.size % 2 == 0  # every other face: this order has a sign, and no phase
-    chance = np.where(one_phase, np.sqrt(2 * ratio / (np.pi * np.e)), ratio / np.e)
-    chance = np.where(changed, np.minimum(chance, 1.0), 1.0)
-    return float(gammaincc(ratio.size, -np.log(chance).sum()))
-
-
-def _half_beta(before: np.ndarray, after: np.ndarray, dimensions: float) -> float:
-    """Chance that a random change in so many dimensions makes `after` of `before`; 1 when it is no gain."""
-    gain = ((before**2).sum() + _TINY_ARCSEC2) / ((after**2).sum() + _TINY_ARCSEC2)
-    if gain <= 1 or dimensions <= 1:
-        return 1.0
-    return float(0.5 * betainc((dimensions - 1) / 2, 0.5, 1 / gain))
-
-
-def _orders(faces: int) -> int:
-    """The order from which on errors count as rough."""
-    return min(faces // _FACES_PER_SMOOTH_ORDER, _MOST_SMOOTH_ORDERS) + 1
-
-
-def _rough(errors: np.ndarray) -> np.ndarray:
-    """What a smooth curve leaves of the errors, float64[..., faces]."""
-    spectrum = np.fft.rfft(errors)
-    spectrum[..., : _orders(errors.shape[-1])] = 0
-    return np.fft.irfft(spectrum, errors.shape[-1])
-
-
-def _power(errors: np.ndarray) -> np.ndarray:
-    """Sum of squares over the faces that each order makes, float64[..., orders]."""
-    faces = errors.shape[-1]
-    power = 2 * np.abs(np.fft.rfft(errors)) ** 2 / faces
-    power[..., 0] /= 2
-    if faces % 2 == 0:
-        power[..., -1] /= 2
-    return power
-
-
-def _dimensions(power: np.ndarray) -> float:
-    """In how many dimensions a change of such powers, float64[rows, orders], really goes: 2 exp(entropy) each row.
-
-    Random face deviations reach two thirds of all dimensions by this measure, which errs on the side of no alarm.
-    """
-    total = power.sum(axis=-1, keepdims=True)
-    changed = total[:, 0] > 0
-    share = power[changed] / total[changed]
-    return float(2 * np.exp(-xlogy(share, share).sum(axis=-1)).sum())
-
-
 def _suspicion(
     run: PolygonRun, given: np.ndarray, alternative: _Alternative, rival: _Alternative | None, chance: float
 ) -> Suspicion:
@@ -265,7 +193,7 @@ def _suspicion(
         reading = int(run.series.reading_of_face[series, face])
     else:
         series, face = np.argwhere(run.series.reading_of_face == reading)[0]
-    rough = [np.sqrt(np.mean(_rough(errors) ** 2)) for errors in (given, alternative.errors)]
+    rough = [np.sqrt(np.mean(rough_part(errors) ** 2)) for errors in (given, alternative.errors)]
     angle = float(f"{run.angle_deg[face] % 360:.5g}")
     sentence = alternative.sentence + (f" (or else {rival.sentence})" if rival else "")
     problem = (

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from arcref.angle import counts_to_deg
-from arcref.calibration.metadata_keys import POLYGON, known_keys, stated_number
+from arcref.calibration.metadata_keys import POLYGON, known_keys, stated_number, stated_plus_or_minus_one
+from arcref.calibration.polygon_metadata import autocollimator_sign, stated_faces
 from arcref.calibration.polygon_series import BACKWARD, FORWARD, PolygonSeries, arrange_series
 from arcref.input_error import InputError
 from arcref.run_file import RunFile, read_run_file
@@ -13,8 +14,6 @@ from arcref.run_file import RunFile, read_run_file
 POSITION, COUNT = "position_deg", "count"
 DEVIATION, X, Y = "face_deviation_arcsec", "autocollimator_x_arcsec", "autocollimator_y_arcsec"
 ROUND, DIRECTION = "round", "direction"
-
-FEWEST_FACES, MOST_FACES = 3, 360
 
 LARGEST = {DEVIATION: 300.0, X: 3600.0, Y: 7200.0}
 """Readings beyond these, in arcsec, are taken for slips: no polygon and no autocollimator goes so far."""
@@ -91,8 +90,8 @@ def read_polygon_run(path, sign: int | None = None) -> PolygonRun:
     """
     run = read_run_file(path, (X,), (POSITION, COUNT, DEVIATION, Y, ROUND, DIRECTION), known_keys(POLYGON))
     column = _position_column(run)
-    faces = _faces(run)
-    stated_sign, basis = _sign(run, sign)
+    faces = stated_faces(run)
+    stated_sign, basis = autocollimator_sign(run, sign)
     roll = stated_number(run, "autocollimator_roll_arcmin")
     if roll is not None and abs(roll) > LARGEST_ROLL_ARCMIN:
         problem = f"{roll:g} arcmin of roll, at most {LARGEST_ROLL_ARCMIN:g} were expected"
@@ -123,7 +122,7 @@ def read_polygon_run(path, sign: int | None = None) -> PolygonRun:
         run.columns.get(Y),
         series,
         roll,
-        _plus_or_minus_one(run, "autocollimator_y_sign") or 1,
+        stated_plus_or_minus_one(run, "autocollimator_y_sign") or 1,
         basis,
         stated_number(run, "closing_limit_arcsec"),
     )
@@ -143,7 +142,7 @@ def _positions(run: RunFile, column: str) -> np.ndarray:
         fraction = np.flatnonzero(values != np.rint(values))
         if fraction.size:
             index = int(fraction[0])
-            problem = f"{values[index]:g} is no whole number, counts were expected"
+            problem = f"{values[index]:.12g} is no whole number, counts were expected"
             raise run.error(problem, reading=index, column=column)
         values = counts_to_deg(values)
     absurd = np.flatnonzero(np.abs(values) > LARGEST_POSITION_DEG)
@@ -153,34 +152,6 @@ def _positions(run: RunFile, column: str) -> np.ndarray:
         problem = f"{values[index]:g} deg, at most {LARGEST_POSITION_DEG:g} deg (100 turns) were expected"
         raise run.error(problem, reading=index, column=column)
     return values
-
-
-def _faces(run: RunFile) -> int:
-    value = stated_number(run, "faces")
-    if value is None:
-        raise InputError.at(run.path, "metadata faces is missing: state the number of faces, as in '# faces: 24'")
-    if value != round(value) or not FEWEST_FACES <= value <= MOST_FACES:
-        problem = f"{value:g} faces, a whole number in {FEWEST_FACES} .. {MOST_FACES} was expected"
-        raise run.metadata_error("faces", problem)
-    return int(value)
-
-
-def _sign(run: RunFile, option: int | None) -> tuple[int, str]:
-    """The sign of x, and where it comes from."""
-    stated = _plus_or_minus_one(run, "autocollimator_sign")
-    if option is not None:
-        differs = f", against {stated:+d} in the run file" if stated not in (None, option) else ""
-        return option, f"by the command's option{differs}"
-    if stated is not None:
-        return stated, "by the run file"
-    return 1, "assumed: the run file states no autocollimator_sign"
-
-
-def _plus_or_minus_one(run: RunFile, key: str) -> int | None:
-    value = stated_number(run, key)
-    if value is not None and abs(value) != 1:
-        raise run.metadata_error(key, f"{value:g}, +1 or -1 was expected")
-    return None if value is None else int(value)
 
 
 def _whole_numbers(run: RunFile, column: str, expected: str, allowed) -> np.ndarray | None:

@@ -1,5 +1,7 @@
 """How long an arc must be: the uncertainty of the angle for arcs of any length, before or after the readings."""
 
+import math
+
 import numpy as np
 
 from arcref.calibration.theodolite_model import MirrorGeometry
@@ -38,12 +40,17 @@ def shortest_arc_deg(
 ) -> float | None:
     """The arc from `start_deg` on, with as many places, whose worst uncertainty is as small as asked; None if none is.
 
-    `noise`: u of zenith and azimuth in arcsec, and the number of rounds. To a twentieth of its length.
+    `noise`: u of zenith and azimuth in arcsec, and the number of rounds. To a hundredth of its length.
     """
     places = min(places, _MOST_PLACES)
-    arc = 1.0
-    while arc <= LONGEST_ARC_DEG:
-        if arc_u_arcsec(geometry, start_deg, arc, places, *noise).max() <= largest_u_arcsec:
-            return arc
-        arc *= 1.05
-    return None
+
+    def suffices(arc_deg: float) -> bool:
+        return bool(arc_u_arcsec(geometry, start_deg, arc_deg, places, *noise).max() <= largest_u_arcsec)
+
+    short, long = 0.5, LONGEST_ARC_DEG
+    if not suffices(long):
+        return None
+    while long > 1.01 * short:
+        middle = math.sqrt(short * long)
+        short, long = (short, middle) if suffices(middle) else (middle, long)
+    return long

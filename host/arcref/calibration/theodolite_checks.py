@@ -59,6 +59,7 @@ def _scatter(solution: ArcSolution, u_zenith: float, u_azimuth: float) -> np.nda
 
 
 def refuse_misfit(run: TheodoliteRun, solution: ArcSolution) -> None:
+    """Raises `InputError` when no shaft turning about one axis gives these elevations."""
     geometry = solution.geometry
     if not np.isfinite(geometry.parameters).all() or not np.isfinite(solution.theta_rad).all():
         problem = "the elevations fit no axis: is each zenith angle that of its own reading?"
@@ -80,6 +81,7 @@ def refuse_misfit(run: TheodoliteRun, solution: ArcSolution) -> None:
 
 
 def arc_checks(found: ArcFindings, required_arcsec: float | None) -> tuple[Check, ...]:
+    """The demands on a run."""
     run, solution, checks = found.run, found.solution, []
     residual = ARCSEC_PER_RAD * solution.elevation_residual_rad
     named = "; ".join(
@@ -107,6 +109,7 @@ def arc_checks(found: ArcFindings, required_arcsec: float | None) -> tuple[Check
 
 
 def arc_warnings(found: ArcFindings) -> tuple[str, ...]:
+    """What a reader should mind."""
     run, warnings = found.run, []
     azimuth = azimuth_noise(run, found.solution)
     part = found.parameter_u_arcsec.max()
@@ -137,6 +140,7 @@ def arc_warnings(found: ArcFindings) -> tuple[str, ...]:
 
 
 def arc_not_checked(run: TheodoliteRun) -> tuple[str, ...]:
+    """What the method cannot see."""
     sentences = (
         "The azimuth circle of the theodolite: its own division error is in the encoder's curve.",
         "The walk of the beam over the mirror as it turns, unless it is stated.",

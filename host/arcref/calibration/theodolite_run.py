@@ -4,12 +4,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arcref.calibration.metadata_keys import THEODOLITE, known_keys, stated_number
+from arcref.calibration.metadata_keys import THEODOLITE, known_keys, stated_number, stated_plus_or_minus_one
+from arcref.calibration.theodolite_mistakes import (
+    AZIMUTH,
+    READING,
+    ZENITH,
+    refuse_absurd,
+    refuse_azimuth,
+    refuse_swapped,
+    refuse_zenith,
+)
 from arcref.calibration.theodolite_solution import ArcReadings
 from arcref.input_error import InputError
 from arcref.run_file import RunFile, read_run_file
 
-READING, AZIMUTH, ZENITH, ROUND = "reading_deg", "azimuth_deg", "zenith_deg", "round"
+ROUND = "round"
 
 FEWEST_PLACES = 5
 """Three parameters are fitted to the elevations; two more show whether they fit at all."""
@@ -18,12 +27,6 @@ SAME_PLACE_DEG = 0.01
 """Readings of several rounds closer than this are one place of the arc."""
 
 SMALLEST_ARC_DEG = 0.1
-
-LARGEST_ANGLE_DEG = 720.0
-LARGEST_ELEVATION_DEG = 45.0
-
-# How far an azimuth may run ahead of the encoder's reading, for slips of whole degrees: a tilt of 15 deg does 2 deg.
-_LARGEST_JUMP_DEG = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,34 +92,27 @@ def read_theodolite_run(path) -> TheodoliteRun:
     read twice in one round, too few readings, and metadata that cannot be.
     """
     run = read_run_file(path, (READING, AZIMUTH, ZENITH), (ROUND,), known_keys(THEODOLITE))
-    direction = _direction(run)
+    direction = stated_plus_or_minus_one(run, "encoder_direction") or 1
     u_azimuth, u_zenith = stated_number(run, "u_azimuth_arcsec"), stated_number(run, "u_zenith_arcsec")
     if len(run.rows) < FEWEST_PLACES:
         raise InputError.at(run.path, f"{len(run.rows)} readings, at least {FEWEST_PLACES} were expected")
-    _refuse_absurd(run, READING)
-    _refuse_absurd(run, AZIMUTH)
+    refuse_absurd(run, READING)
+    refuse_absurd(run, AZIMUTH)
     reading = _one_arc(run[READING])
     if np.ptp(reading) < SMALLEST_ARC_DEG:
         problem = f"all readings lie within {np.ptp(reading):g} deg, an arc of {SMALLEST_ARC_DEG:g} deg or more"
         raise run.error(f"{problem} was expected", reading=0, column=READING)
     round_ = _rounds(run)
     azimuth = _azimuths(run, reading, round_, direction)
-    _refuse_swapped(run, reading, azimuth)
-    _refuse_zenith(run)
-    _refuse_azimuth(run, reading, azimuth, direction)
+    refuse_swapped(run, reading, azimuth)
+    refuse_zenith(run)
+    refuse_azimuth(run, reading, azimuth, direction)
     place = _places(run, reading, round_)
     datum, basis = _datum(run, reading)
     azimuth = azimuth - direction * datum
     return TheodoliteRun(
         run, direction, datum, basis, reading, azimuth, run[ZENITH], place, round_, u_azimuth, u_zenith
     )
-
-
-def _direction(run: RunFile) -> int:
-    value = stated_number(run, "encoder_direction")
-    if value is not None and abs(value) != 1:
-        raise run.metadata_error("encoder_direction", f"{value:g}, +1 or -1 was expected")
-    return 1 if value is None else int(value)
 
 
 def _datum(run: RunFile, reading_deg: np.ndarray) -> tuple[float, str]:
@@ -151,78 +147,6 @@ def _azimuths(run: RunFile, reading_deg: np.ndarray, round_: np.ndarray, directi
         unwrapped = np.unwrap(azimuth[own], period=360.0)
         azimuth[own] = unwrapped - np.median(unwrapped - direction * reading_deg[own])
     return azimuth
-
-
-def _refuse_absurd(run: RunFile, column: str) -> None:
-    wrong = np.flatnonzero(np.abs(run[column]) > LARGEST_ANGLE_DEG)
-    if wrong.size:
-        value = run[column][wrong[0]]
-        problem = f"{value:g} deg, at most {LARGEST_ANGLE_DEG:g} deg were expected"
-        if np.ptp(run[column]) > 3600.0:
-            problem += ": are these counts or arcsec?"
-        raise run.error(problem, reading=int(wrong[0]), column=column)
-
-
-def _refuse_swapped(run: RunFile, reading_deg: np.ndarray, azimuth_deg: np.ndarray) -> None:
-    """Azimuths that stand still near 90 deg while the zenith angles turn with the encoder."""
-    zenith, still = run[ZENITH], np.abs(run[AZIMUTH] - 90.0).max() < LARGEST_ELEVATION_DEG
-    turns = abs(abs(np.ptp(zenith)) - np.ptp(reading_deg)) < 0.2 * np.ptp(reading_deg)
-    if still and turns and np.ptp(azimuth_deg) < 0.5 * np.ptp(reading_deg):
-        problem = f"{zenith[0]:g} deg: this column turns with the encoder and {AZIMUTH} does not, are the two swapped?"
-        raise run.error(problem, reading=0, column=ZENITH)
-
-
-def _refuse_zenith(run: RunFile) -> None:
-    zenith = run[ZENITH]
-    wrong = np.flatnonzero(np.abs(zenith - 90.0) > LARGEST_ELEVATION_DEG)
-    if not wrong.size:
-        return
-    value = zenith[wrong[0]]
-    problem = f"{value:g} deg, 45 .. 135 deg was expected: a level line of sight reads 90 deg"
-    if np.all(np.abs(zenith) < LARGEST_ELEVATION_DEG):
-        problem += "; is this the elevation? The zenith reading is 90 deg more"
-    elif np.all(np.abs(zenith - 270.0) < LARGEST_ELEVATION_DEG):
-        problem += "; was it read with the circle right? Then write 360 deg less the reading"
-    raise run.error(problem, reading=int(wrong[0]), column=ZENITH)
-
-
-def _refuse_azimuth(run: RunFile, reading_deg: np.ndarray, azimuth_deg: np.ndarray, direction: int) -> None:
-    """Azimuths that do not follow the encoder: the other way round, in gon, or a slip in one of them."""
-    slope = float(np.polyfit(reading_deg - reading_deg.mean(), azimuth_deg, 1)[0]) * direction
-    last = int(np.argmax(reading_deg))
-    moved = (
-        f"{run[AZIMUTH][last]:g} deg: the azimuth moves by {slope * direction * np.ptp(reading_deg):.6g} deg while the "
-        f"encoder's reading grows by {np.ptp(reading_deg):.6g} deg"
-    )
-    if slope < -0.5:
-        problem = f"{moved}, the other way than encoder_direction {direction:+d} says"
-        raise run.error(problem, reading=last, column=AZIMUTH)
-    if abs(slope - 10 / 9) < 0.02 and abs(np.mean(run[ZENITH]) - 100.0) < 8.0:
-        raise run.error(f"{moved}: are these gon, 400 to the turn?", reading=last, column=AZIMUTH)
-    if not 0.5 < slope < 2.0:
-        raise run.error(f"{moved}, about as much was expected", reading=last, column=AZIMUTH)
-    if len(reading_deg) < 6:
-        return
-    # A slip of one reading stands out from a smooth law through the others.
-    s, c = np.sin(np.radians(reading_deg)), np.cos(np.radians(reading_deg))
-    ahead = azimuth_deg - direction * reading_deg
-    columns = np.stack([np.ones_like(s), s, c, s * c, s * s], axis=1)[:, : min(5, len(s) - 3)]
-    off = _off_law(columns, ahead)
-    worst = int(np.argmax(np.abs(off)))
-    rest = np.delete(np.arange(len(s)), worst)
-    if abs(off[worst]) > _LARGEST_JUMP_DEG and np.abs(_off_law(columns[rest], ahead[rest])).max() < _LARGEST_JUMP_DEG:
-        problem = f"{run[AZIMUTH][worst]:g} deg is about {off[worst]:+.3g} deg off what all other readings say"
-        raise run.error(problem, reading=worst, column=AZIMUTH)
-
-
-def _off_law(columns: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """What least absolute deviations would leave, by weighting large residuals down."""
-    weight = np.ones(len(values))
-    for _ in range(20):
-        coefficients = np.linalg.lstsq(columns * weight[:, np.newaxis], values * weight, rcond=1e-10)[0]
-        off = values - columns @ coefficients
-        weight = 1.0 / np.sqrt(np.maximum(np.abs(off), 1e-6))
-    return off
 
 
 def _rounds(run: RunFile) -> np.ndarray:

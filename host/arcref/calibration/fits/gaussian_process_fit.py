@@ -11,8 +11,12 @@ import numpy as np
 from arcref.calibration.fits.curve_fit import FittedCurve
 from arcref.error_curve import ErrorCurve
 
-SHORTEST_LENGTH_SPACINGS = 2 / 3
-"""Least distance, in face spacings, at which the kernel falls to a half: below it no face knows of its neighbours."""
+SHORTEST_LENGTH_SPACINGS = 1.0
+"""Least distance, in face spacings, at which the kernel falls to a half: the default spread of the RBF network.
+
+A strong wave of three faces or so a period looks to the likelihood like errors that know nothing of each other; with a
+shorter kernel the process then falls back to the mean between the faces.
+"""
 
 LONGEST_HALF_DEG = 120.0
 """Largest distance at which the kernel falls to a half. Only a constant would ask for more."""
@@ -77,7 +81,7 @@ def _learn(curve: ErrorCurve, noise_arcsec2: np.ndarray | None) -> tuple[float, 
 
     error = curve.error_arcsec - curve.error_arcsec.mean()
     scale = float(np.sqrt(np.mean(error**2)))
-    shortest = min(SHORTEST_LENGTH_SPACINGS * curve.spacing_deg, LONGEST_HALF_DEG / 2)
+    shortest = min(SHORTEST_LENGTH_SPACINGS * curve.spacing_deg, 0.9 * LONGEST_HALF_DEG)
     if scale == 0.0:
         return shortest, 1.0, 0.0
     lengths = _length(shortest), _length(LONGEST_HALF_DEG)
