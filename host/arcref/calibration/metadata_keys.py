@@ -115,6 +115,22 @@ METADATA_KEYS = (
     ),
     _number("samples_per_period", METHOD, "samples of the signals in one signal period", "1", (SUBDIVISION,), 1),
     _number("line_count", METHOD, "grating lines of the disc", "1", (SUBDIVISION,), 1),
+    _number("first_line", METHOD, "grating line at which the samples begin", "1", (SUBDIVISION,), 0),
+    _number(
+        "cosine_sign",
+        METHOD,
+        "+1: as the angle grows the cosine is a quarter of a line ahead of the sine; -1: it is behind",
+        "1",
+        (SUBDIVISION,),
+        -1,
+    ),
+    _number(
+        "count_zero_phase_deg",
+        METHOD,
+        "interpolated phase of the signals, 360 to a line, at which the count is a multiple of a line",
+        "deg",
+        (SUBDIVISION,),
+    ),
     _number(
         "u_face_certificate_arcsec",
         UNCERTAINTY,
@@ -226,6 +242,15 @@ METADATA_KEYS = (
         "of an azimuth, as the beam walks over a mirror that is not flat",
         "arcsec",
         (THEODOLITE,),
+        0,
+    ),
+    _number("u_count_zero_phase_deg", UNCERTAINTY, "of that phase, 360 to a line", "deg", (SUBDIVISION,), 0),
+    _number(
+        "speed_change_percent",
+        UNCERTAINTY,
+        "the speed changes by no more than this along one grating line",
+        "%",
+        (SUBDIVISION,),
         0,
     ),
 )

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from arcref.calibration.calibration_result import CalibrationResult
 from arcref.calibration.metadata_keys import SUBDIVISION, known_keys
-from arcref.input_error import InputError
 from arcref.run_file import RunFile, read_run_file
 
 SAMPLE, TIME, SINE, COSINE = "sample", "time_s", "sine_v", "cosine_v"
@@ -57,7 +56,6 @@ FINE_SCAN = RunKind("fine scan", ((COUNT, AUTOCOLLIMATOR),), "arcref.subdivision
 RUN_KINDS = (SAMPLES, EDGE_TIMES, FINE_SCAN)
 """Every kind of run; the first whose columns a file has is taken."""
 
-COLUMNS = tuple(dict.fromkeys(name for kind in RUN_KINDS for names in kind.columns for name in names))
 
 
 def read_subdivision_run(path: Path) -> tuple[RunKind, RunFile]:
@@ -65,10 +63,7 @@ def read_subdivision_run(path: Path) -> tuple[RunKind, RunFile]:
 
     Raises `InputError` for all that `read_run_file` refuses, and for columns that are those of no kind.
     """
-    run = read_run_file(path, (), COLUMNS, known_keys(SUBDIVISION))
-    for kind in RUN_KINDS:
-        if set(run.columns) in map(set, kind.columns):
-            return kind, run
-    expected = [",".join(names) for kind in RUN_KINDS for names in kind.columns]
-    problem = f"the columns are {','.join(run.columns)!r}, expected were {', '.join(map(repr, expected[:-1]))}"
-    raise InputError.at(run.path, f"{problem} or {expected[-1]!r}", row=run.header_row)
+    first, *others = (names for kind in RUN_KINDS for names in kind.columns)
+    run = read_run_file(path, first, (), known_keys(SUBDIVISION), others)
+    kind = next(kind for kind in RUN_KINDS if set(run.columns) in map(set, kind.columns))
+    return kind, run

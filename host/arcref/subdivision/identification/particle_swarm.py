@@ -1,7 +1,7 @@
 """Identification by the particle swarm of Gao Xu et al. 2013, equations (10) to (15): many searches side by side.
 
 Each particle is a guess of a channel's parameters A0, A1, c1, A3, c3, ... Its velocity is drawn to the best place it
-saw and to the best that any saw (12), (13), and clamped to -1 .. 1.8 (14), lopsided as printed. The inertia w depends on
+saw and to the best that any saw (12), (13), and clamped to -1 .. 1.8 (14), lopsided as printed. The inertia w is of
 the distance l of the particle from the best place of all (15). As printed, with iteration k of kmax,
 
     w = wmin for l < lmin;  wmax - (l - lmin) (wmax - wmin) k / ((lmax - lmin) kmax);  wmax for l > lmax,
