@@ -112,6 +112,17 @@ def finish_calibration(
     """
     final = as_left or result
     contents = {options.output: _json(calibration_json(final))}
+    reports = _subdivision_reports if result.kind == SUBDIVISION else _turn_reports
+    contents |= reports(result, as_left, options)
+    write_files(contents)
+    _print(result, as_left, list(contents))
+    if not all(each.passed for each in (result, as_left) if each is not None):
+        raise click.exceptions.Exit(1)
+
+
+def _turn_reports(result: CalibrationResult, as_left: CalibrationResult | None, options: OutputOptions) -> dict:
+    """The files of a report on the error over the turn, those that are wanted."""
+    contents = {}
     if options.json:
         from arcref.calibration.report.calibration_record import calibration_record
 
@@ -124,10 +135,24 @@ def finish_calibration(
         from arcref.calibration.report.calibration_page import calibration_page
 
         contents[options.report] = calibration_page(result, as_left).encode()
-    write_files(contents)
-    _print(result, as_left, list(contents))
-    if not all(each.passed for each in (result, as_left) if each is not None):
-        raise click.exceptions.Exit(1)
+    return contents
+
+
+def _subdivision_reports(result: CalibrationResult, as_left: None, options: OutputOptions) -> dict:
+    """The files of a report on the error within a line, those that are wanted; it knows no run as left."""
+    contents = {}
+    if options.json or options.csv:
+        from arcref.subdivision.report.subdivision_record import subdivision_csv, subdivision_record
+
+        if options.json:
+            contents[options.json] = _json(subdivision_record(result))
+        if options.csv:
+            contents[options.csv] = subdivision_csv(result).encode()
+    if options.report:
+        from arcref.subdivision.report.subdivision_page import subdivision_page
+
+        contents[options.report] = subdivision_page(result).encode()
+    return contents
 
 
 def _json(content: dict) -> bytes:

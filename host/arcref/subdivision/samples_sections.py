@@ -78,8 +78,8 @@ def _removal_sentence(found: SamplesFindings) -> str:
     named = " and ".join(map(str, high)) or "none"
     return (
         f"Of {np.ptp(model.error_arcsec(theta)):.3f} arcsec peak to peak, {without:.3f} would be left with the "
-        f"harmonics {named} subtracted from the signals at run time, {offset:.3f} with the offsets too, and {whole:.3f} with the "
-        "whole model, which is what the ROM's table does."
+        f"harmonics {named} subtracted from the signals at run time, {offset:.3f} with the offsets "
+        f"too, and {whole:.3f} with the whole model, which is what the ROM's table does."
     )
 
 
@@ -110,7 +110,7 @@ def _comparison(found: SamplesFindings) -> ReportSection:
                 f"{each.residual_rms_v[0] * 1e3:.4g} / {each.residual_rms_v[1] * 1e3:.4g}",
                 f"{before:.3f}",
                 f"{np.ptp(found.left_by(each)):.3f}",
-                f"{each.seconds * 1e3:.3g} ({each.seconds / fastest:.3g} x)",
+                f"{each.seconds * 1e3:.3g} ({each.seconds / fastest:,.0f} x)",
             )
         )
     text = (
@@ -137,7 +137,7 @@ def _over_the_turn(found: SamplesFindings, plots: bool) -> ReportSection:
     elif probability < SIGNIFICANCE:
         change = float(np.sqrt(np.mean(lines.change_arcsec**2)))
         what = (
-            f"The parameters change from line to line more than the noise explains (chance {probability:.1g}): "
+            f"The parameters change from line to line more than the noise explains (chance {max(probability, 1e-30):.1g}): "
             f"{change:.4f} arcsec rms of the error, beyond the noise."
         )
     else:
@@ -174,8 +174,9 @@ def _phase_knowledge(found: SamplesFindings) -> ReportSection:
         left = np.ptp(left_with_phase_error(model, period_scale_error_rad(worst), found.options.orders))
         paragraphs.append(
             f"In this run a period differed from the one before by {100 * worst:.3g} % rms, "
-            f"{100 * np.abs(scale).max():.3g} % at most. Adaptive sampling, whose rate follows the period before, would "
-            f"have taken each period for that much longer or shorter: {left:.3f} arcsec peak to peak. Resampling afterwards knows both sides."
+            f"{100 * np.abs(scale).max():.3g} % at most. Adaptive sampling, whose rate follows the period before, "
+            f"would have taken each period for that much longer or shorter: {left:.3f} arcsec peak to peak. Resampling "
+            "afterwards knows both sides."
         )
     elif run.slip is not None:
         worst = float(np.sqrt(np.mean(run.slip**2)))

@@ -57,7 +57,6 @@ RUN_KINDS = (SAMPLES, EDGE_TIMES, FINE_SCAN)
 """Every kind of run; the first whose columns a file has is taken."""
 
 
-
 def read_subdivision_run(path: Path) -> tuple[RunKind, RunFile]:
     """Read a run file and tell its kind by its columns.
 
