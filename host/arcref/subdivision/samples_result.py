@@ -17,9 +17,6 @@ from arcref.subdivision.signal_budget import error_harmonics, signal_budget
 from arcref.subdivision.subdivision_run import SubdivisionOptions
 from arcref.subdivision_curve import SubdivisionCurve
 
-CONVERGED_V = 1e-9
-"""A swarm that comes this near to the least squares optimum, rms, has found it."""
-
 _DIGITS = 9
 
 

@@ -54,8 +54,9 @@ def fit_ellipse(x_v, y_v) -> tuple[float, float, float, float, float]:
     size = max(float(np.std(x_v)), float(np.std(y_v)), np.finfo(float).tiny)
     x, y = (np.asarray(x_v) - middle[0]) / size, (np.asarray(y_v) - middle[1]) / size
     columns = np.stack([x * x, x * y, y * y, x, y], axis=-1)
-    (a, b, c, e, f), *_ = np.linalg.lstsq(columns, np.ones_like(x), rcond=None)
-    if not 4 * a * c - b * b > 1e-9:
+    (a, b, c, e, f), _, rank, _ = np.linalg.lstsq(columns, np.ones_like(x), rcond=1e-9)
+    # Points on a straight line leave the conic open, and lstsq would choose an ellipse.
+    if rank < columns.shape[1] or not 4 * a * c - b * b > 1e-9:
         raise InputError("sine against cosine is no ellipse: is one channel dead, or wired to the other?")
     conic = np.array([[a, b / 2], [b / 2, c]])
     centre = np.linalg.solve(conic, [-e / 2, -f / 2])
