@@ -1,8 +1,8 @@
 """The error within a line from edge times at constant speed.
 
 The reading at an edge is known exactly, its true angle is speed times time. What repeats from line to line in their
-difference is the error within a line. Speed ripple slower than the lines is taken off by `SmoothMotion`; what is left of
-it, and the noise of the edges, averages out over the lines. Ripple in step with the lines does neither: see
+difference is the error within a line. Speed ripple slower than the lines is taken off by `SmoothMotion`; what is left
+of it, and the noise of the edges, averages out over the lines. Ripple in step with the lines does neither: see
 `arcref.subdivision.ripple_limit`.
 """
 

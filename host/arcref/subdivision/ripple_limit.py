@@ -19,7 +19,7 @@ _PHASES = 256
 
 @dataclass(frozen=True)
 class RippleLimit:
-    """`order`: ripples a turn; `false_arcsec`: largest error of the curve from 1 % of ripple (amplitude of the speed)."""
+    """`order`: ripples a turn; `false_arcsec`: largest error of the curve from 1 % of ripple (amplitude of speed)."""
 
     order: int
     false_arcsec: float

@@ -1,7 +1,8 @@
 """The slow part of a motion: a spline of time that follows ripple of the speed, and cannot follow the lines."""
 
 import numpy as np
-from scipy.interpolate import BSpline, make_lsq_spline
+from scipy.interpolate import BSpline
+from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from arcref.angle import COUNTS_PER_LINE, COUNTS_PER_TURN
 from arcref.subdivision.edge_times_run import EdgeTimes
@@ -23,6 +24,13 @@ class SmoothMotion:
         self._unit = edges.time_s / edges.time_s[-1]
         self._knots = _knots(self._unit, np.abs(edges.reading_counts - edges.reading_counts[0]))
         self._duration_s = float(edges.time_s[-1])
+        self._basis = BSpline.design_matrix(self._unit, self._knots, _DEGREE)
+        normal = (self._basis.T @ self._basis).todia()
+        band = np.zeros((_DEGREE + 1, normal.shape[0]))
+        for offset, diagonal in zip(normal.offsets, normal.data, strict=True):
+            if offset <= 0:  # the lower half, whose diagonals begin at the first column in both forms
+                band[-offset] = diagonal
+        self._factor = cholesky_banded(band, lower=True)
 
     @property
     def knots(self) -> int:
@@ -31,11 +39,15 @@ class SmoothMotion:
 
     def fit(self, columns) -> BSpline:
         """The spline through each column, float64[n, m], by least squares; over time as a share of the run."""
-        return make_lsq_spline(self._unit, columns, self._knots, _DEGREE)
+        return BSpline(self._knots, self._coefficients(columns), _DEGREE)
 
     def rest(self, columns) -> np.ndarray:
         """What the splines leave of the columns, float64[n, m]."""
-        return columns - self.fit(columns)(self._unit)
+        return columns - self._basis @ self._coefficients(columns)
+
+    def _coefficients(self, columns) -> np.ndarray:
+        # Normal equations lose no digit that matters: B-splines are well conditioned, and the factor serves them all.
+        return cho_solve_banded((self._factor, True), self._basis.T @ columns)
 
     def speed_rps(self, spline: BSpline, samples: int) -> tuple[np.ndarray, np.ndarray]:
         """Angle (turns) and speed (turns a second) of a spline of counts, at even times, float64[samples]."""
