@@ -114,6 +114,12 @@ METADATA_KEYS = (
         (THEODOLITE,),
         0,
     ),
+    _text(
+        "subdivision_corrected",
+        METHOD,
+        "yes: the readings had gone through the ROM's second table already; no by default",
+        (*FACES, THEODOLITE),
+    ),
     _number("samples_per_period", METHOD, "samples of the signals in one signal period", "1", (SUBDIVISION,), 1),
     _number("line_count", METHOD, "grating lines of the disc", "1", (SUBDIVISION,), 1),
     _number(

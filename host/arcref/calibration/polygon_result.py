@@ -18,6 +18,7 @@ from arcref.calibration.polygon_reduction import PolygonReduction
 from arcref.calibration.polygon_sections import method_paragraphs, series_section, tilt_section
 from arcref.calibration.tilt_adjustment import AdjustingScrews, screw_turns
 from arcref.calibration.tilt_tolerance import TiltTolerance
+from arcref.calibration_file import readings_json
 from arcref.error_curve import ErrorCurve
 
 
@@ -48,10 +49,11 @@ def polygon_result(reduction: PolygonReduction, options: PolygonOptions = Polygo
     budget = polygon_budget(inputs, fitted)
     results = _results(reduction) | {"fit": {"name": fitted.name, "parameters": fitted.parameters}}
     results["expanded_uncertainty_arcsec"] = budget.expanded_arcsec
+    reading_deg = run.position_deg[run.series.reading_of_face].T
+    results["readings"] = readings_json(reading_deg, run.series.weight)
     checks, warnings = polygon_checks(reduction), polygon_warnings(reduction)
     if options.suspicion:
         warnings.insert(0, f"Accepted though it looks like a mistake: {options.suspicion}.")
-    reading_deg = run.position_deg[run.series.reading_of_face].T
     warnings += filter(None, [aliasing_warning(fitted, reading_deg)])
     sections = [series_section(reduction)]
     if reduction.tilt is not None:
