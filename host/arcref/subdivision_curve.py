@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from arcref.angle import LINES_PER_TURN
 from arcref.calibration_file import read_calibration
 from arcref.input_error import InputError
 
@@ -29,10 +30,14 @@ class SubdivisionCurve:
     def from_calibration_json(cls, path) -> "SubdivisionCurve":
         """Read the curve of a `CAL.json` of kind subdivision.
 
-        Raises `InputError` as `read_calibration` does, for fewer than eight points, and for phases that do not
-        increase or span a line or more.
+        Raises `InputError` as `read_calibration` does, for a disc of other than 4096 lines, for fewer than eight
+        points, and for phases that do not increase or span a line or more.
         """
         calibration = read_calibration(path, ("subdivision",))
+        lines = calibration.results.get("line_count", LINES_PER_TURN)
+        if lines != LINES_PER_TURN:
+            problem = f"is {lines!r:.40}, {LINES_PER_TURN} lines were expected: those of the disc that the ROM is for"
+            raise InputError.at(path, problem, column="results.line_count")
         phase = calibration.angle_deg
         if phase.size < FEWEST_POINTS:
             problem = f"has {phase.size} points, at least {FEWEST_POINTS} were expected"

@@ -105,19 +105,23 @@ def resample(
     """Equal-angle samples of all whole periods, from samples at the times `time_s`.
 
     `reading_rad`: the unwrapped interpolated phase of each sample, growing; `orders`: of the signals' harmonics, which
-    say how wavy their error may be. The first period begins at the first whole turn of the phase. Raises ValueError for
-    less than `FEWEST_PERIODS` whole periods.
+    say how wavy their error may be. Phase 0 is where the reading is zero, but for the mean of the error; the periods
+    are cut where the samples begin. Raises ValueError for less than `FEWEST_PERIODS` whole periods, and for a phase
+    that does not grow.
     """
     highest = 2 * (max(orders) + 1)
     phase = true_phase_over_time(time_s, reading_rad, highest)
     turn = phase / (2 * np.pi)
-    first, last = int(np.ceil(turn[0] - 1e-9)), int(np.floor(turn[-1] + 1.0 / samples_per_period + 1e-9))
-    if last - first < FEWEST_PERIODS:
-        raise ValueError(f"{max(0, last - first)} whole periods, at least {FEWEST_PERIODS} were expected")
-    grid = first + np.arange((last - first) * samples_per_period) / samples_per_period
+    first = int(np.ceil(turn[0] * samples_per_period - 1e-9))
+    periods = int(np.floor(turn[-1] + (1 - first) / samples_per_period + 1e-9))
+    if periods < FEWEST_PERIODS:
+        raise ValueError(f"{max(0, periods)} whole periods, at least {FEWEST_PERIODS} were expected")
+    grid = (first + np.arange(periods * samples_per_period)) / samples_per_period
+    if (np.diff(turn) <= 0).any():
+        raise ValueError("the shaft all but stands still somewhere, a growing phase was expected")
     volts = CubicSpline(turn, np.stack([sine_v, cosine_v], axis=-1))(grid)
-    volts = volts.reshape(last - first, samples_per_period, 2)
-    mark = np.interp(np.arange(first, last + 1), turn, np.asarray(time_s, float))
+    volts = np.roll(volts.reshape(periods, samples_per_period, 2), first % samples_per_period, axis=1)
+    mark = CubicSpline(turn, np.asarray(time_s, float))(first / samples_per_period + np.arange(periods + 1))
     return EqualAngleSamples(volts[..., 0], volts[..., 1], mark)
 
 

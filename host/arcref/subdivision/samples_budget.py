@@ -68,7 +68,7 @@ def _measured(found: SamplesFindings):
     reading = found.reading_noise_arcsec
     basis = "the same noise in one reading to be corrected; an interpolator of less bandwidth has less"
     yield Contribution("noise of one reading", "A", "normal", reading, "arcsec", 1.0, basis, freedom)
-    basis = "mean period less the model, noise taken off: harmonics the model has not"
+    basis = "mean period less the model, where it is beyond the noise: harmonics the model has not"
     yield Contribution("what the model lacks", "A", "normal", found.lack_of_fit_arcsec, "arcsec", 1.0, basis)
     if len(found.map.error_arcsec) > 1:
         change = float(np.sqrt(np.mean(found.map.change_arcsec**2)))

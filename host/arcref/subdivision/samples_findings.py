@@ -107,11 +107,15 @@ class SamplesFindings:
 
     @cached_property
     def lack_of_fit_arcsec(self) -> float:
-        """What the model does not describe of the mean period, rms, less what noise would leave there."""
+        """What the model does not describe of the mean period, rms, less what noise would leave there.
+
+        Zero unless it is more than three standard deviations of the noise's own mean square.
+        """
         rate = self.parameters.samples_per_period
-        free = max(0.0, 1 - self.parameters.coefficients_v.shape[-1] / rate)
-        noise = self.reading_noise_arcsec**2 * free / self.run.samples.periods
-        return float(np.sqrt(max(0.0, np.mean(self.error_after_arcsec**2) - noise)))
+        freedom = max(1, rate - self.parameters.coefficients_v.shape[-1])
+        noise = self.reading_noise_arcsec**2 * (freedom / rate) / self.run.samples.periods
+        found = float(np.mean(self.error_after_arcsec**2))
+        return float(np.sqrt(found - noise)) if found > noise * (1 + 3 * np.sqrt(2 / freedom)) else 0.0
 
     @cached_property
     def speed_sensitivity_arcsec(self) -> float:

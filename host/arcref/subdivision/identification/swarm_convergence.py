@@ -16,7 +16,7 @@ CONVERGED_V = 1e-9
 class SwarmConvergence:
     """Of one size of swarm: distance of each search from the optimum, rms in volts, the worse of both channels.
 
-    `least_below_v2`: by how much the best search's sum of squares is below that of least squares: no more than rounding.
+    `least_below_v2`: by how much the best sum of squares is below that of least squares: no more than rounding.
     """
 
     settings: SwarmSettings
