@@ -10,6 +10,9 @@ from arcref.subdivision.subdivision_run import COSINE, SAMPLE, SINE, TIME
 WEAKEST_CHANNEL = 0.1
 """A channel with less than this share of the other's amplitude is dead."""
 
+LARGEST_OFFSET = 0.7
+"""Of an offset, relative to the amplitude: beyond it the reading hardly goes round."""
+
 LARGEST_CORRELATION = 0.7
 """Of sine with cosine, about 45 deg from a quarter of a line: beyond it they are not two channels of one grating."""
 
@@ -44,11 +47,10 @@ def growing_reading(run: RunFile, stated_sign: int | None) -> tuple[np.ndarray, 
     Refuses clipped channels, both senses of rotation, hidden gaps, less than a period, and a sense that contradicts
     `stated_sign`.
     """
-    sine, cosine = (run[name] - (run[name].max() + run[name].min()) / 2 for name in (SINE, COSINE))
-    phase = np.unwrap(np.arctan2(sine / np.ptp(sine), cosine / np.ptp(cosine)))
+    phase = _phase_about_centre(run)
     step = np.diff(phase)
-    sign = 1 if np.median(step) >= 0 else -1
-    _refuse_wide_steps(run, sign * step)
+    _refuse_wide_steps(run, step)
+    sign = _first_sense(phase)
     _refuse_both_senses(run, sign * phase)
     _refuse_jumps(run, sign * step)
     periods = sign * (phase[-1] - phase[0] + step.mean()) / (2 * np.pi)
@@ -75,7 +77,7 @@ def samples_per_period(run: RunFile, reading_rad: np.ndarray, stated: int | None
     found = 2 * np.pi * (len(reading_rad) - 1) / (reading_rad[-1] - reading_rad[0])
     rate = round(found)
     if abs(found / rate - 1) > _ONE_PERIOD_TOLERANCE / 2 or len(reading_rad) % rate:
-        problem = f"the signals repeat every {found:.5g} samples: state it as '# samples_per_period: ...'"
+        problem = f"the signals repeat about every {found:.0f} samples: state it as '# samples_per_period: ...'"
         raise InputError.at(run.path, problem)
     return rate
 
@@ -95,7 +97,7 @@ def check_period_count(run: RunFile, reading_rad: np.ndarray, rate: int, orders,
         found = 2 * np.pi * (count - 1) / (reading_rad[-1] - reading_rad[0])
     tolerance = _SCALE_TOLERANCE if count > rate else _ONE_PERIOD_TOLERANCE
     if abs(found / rate - 1) > tolerance:
-        problem = f"{rate} does not fit, the signals repeat every {found:.4g} samples"
+        problem = f"{rate} does not fit, the signals repeat every {found:.3g} samples"
         if run.metadata_rows.get("samples_per_period") is None:
             raise InputError.at(run.path, f"samples a period: {problem}")
         raise run.metadata_error("samples_per_period", problem)
@@ -104,6 +106,29 @@ def check_period_count(run: RunFile, reading_rad: np.ndarray, rate: int, orders,
         raise run.error(problem, reading=count - count % rate)
     if not sign_is_stated:
         _refuse_swapped(run, rate)
+
+
+def _phase_about_centre(run: RunFile) -> np.ndarray:
+    """Phase about the middle of the circle that fits best, unwrapped; offsets as large as it are refused."""
+    sine, cosine = run[SINE], run[COSINE]
+    columns = np.stack([2 * sine, 2 * cosine, np.ones_like(sine)], axis=-1)
+    middle = np.linalg.lstsq(columns, sine**2 + cosine**2, rcond=None)[0]
+    radius = np.sqrt(middle[2] + middle[0] ** 2 + middle[1] ** 2)
+    for name, offset in ((SINE, middle[0]), (COSINE, middle[1])):
+        if abs(offset) > LARGEST_OFFSET * radius:
+            problem = (
+                f"an offset of about {offset:.3g} V with an amplitude of {radius:.3g} V: take off the reference "
+                "voltage, or nothing can be interpolated"
+            )
+            raise run.error(problem, reading=0, column=name)
+    return np.unwrap(np.arctan2(sine - middle[0], cosine - middle[1]))
+
+
+def _first_sense(phase_rad: np.ndarray) -> int:
+    """+1 or -1: which way the phase goes at first."""
+    moved = phase_rad - phase_rad[0]
+    far = np.flatnonzero(np.abs(moved) > _MOST_BACK_RAD)
+    return 1 if moved[far[0] if far.size else -1] >= 0 else -1
 
 
 def _check_sequence(run: RunFile) -> None:
