@@ -9,6 +9,7 @@ SIMULATE_VERBS = {
     "polygon": "arcref_sim.metrology.simulate_polygon_command:polygon",
     "closure": "arcref_sim.metrology.simulate_closure_command:closure",
     "theodolite": "arcref_sim.metrology.simulate_theodolite_command:theodolite",
+    "subdivision": "arcref_sim.metrology.simulate_subdivision_command:subdivision",
 }
 """Verbs of the group: name and `module:function`."""
 

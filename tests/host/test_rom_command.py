@@ -140,7 +140,8 @@ def test_calibration_with_uncertainty_and_subdivision(tmp_path, arcref):
     angle = position * 2 * np.pi / 2**23
     error = 2 * np.sin(angle) + 0.3 * np.sin(4 * 4096 * angle)
     left = error - rom.correction(position) * 1296000 / 2**23
-    assert np.abs(left).max() < 0.62 * 1296000 / 2**23
+    # Rounding, and the chords between the curve's 64 points.
+    assert np.abs(left).max() < 0.65 * 1296000 / 2**23
 
 
 def test_spread_and_ridge_are_used(tmp_path, arcref, polygon, table_1):
