@@ -122,8 +122,9 @@ def _method(found: SamplesFindings) -> tuple[str, ...]:
         how = f"numbered {rate} to a period, but off their angles, so resampled to {rate} at equal angles"
     else:
         how = f"taken at equal angles, {rate} a period"
+    periods = "period" if run.samples.periods == 1 else "periods"
     return (
-        f"Sine and cosine were sampled over {run.samples.periods} whole signal period(s), {how}. Of their "
+        f"Sine and cosine were sampled over {run.samples.periods} whole signal {periods}, {how}. Of their "
         f"mean, offset, amplitudes and phases of orders {orders} were identified for both channels by "
         f"{METHODS[found.options.method]}: the model of Gao Xu et al., Acta Optica Sinica 33(7) 2013, equations (8) "
         "and (9).",
