@@ -165,9 +165,10 @@ def _over_the_turn(found: SamplesFindings, plots: bool) -> ReportSection:
         what = "One period, or samples without noise, cannot show whether the parameters change."
     elif probability < SIGNIFICANCE:
         change = float(np.sqrt(np.mean(lines.change_arcsec**2)))
+        chance = "below 1e-30" if probability < 1e-30 else f"{probability:.1g}"
         what = (
-            f"The parameters change from line to line more than the noise explains (chance "
-            f"{'below 1e-30' if probability < 1e-30 else f'{probability:.1g}'}): {change:.4f} arcsec rms of the error, beyond the noise."
+            f"The parameters change from line to line more than the noise explains (chance {chance}): {change:.4f} "
+            "arcsec rms of the error, beyond the noise."
         )
     else:
         what = f"The parameters scatter no more than the noise explains (chance {probability:.2g})."
