@@ -10,6 +10,7 @@ SIMULATE_VERBS = {
     "closure": "arcref_sim.metrology.simulate_closure_command:closure",
     "theodolite": "arcref_sim.metrology.simulate_theodolite_command:theodolite",
     "subdivision": "arcref_sim.metrology.simulate_subdivision_command:subdivision",
+    "corrected": "arcref_sim.simulate_corrected_command:corrected",
 }
 """Verbs of the group: name and `module:function`."""
 

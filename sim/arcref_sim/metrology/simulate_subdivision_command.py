@@ -107,7 +107,12 @@ def _samples(encoder, rng, options):
         start_deg=float(rng.uniform(0.0, 360.0)),
         noise_v=options["noise_mv"] / 1000.0,
     )
-    return columns, {"line_count": 4096}
+    signals = encoder.signals
+    return columns, {
+        "line_count": 4096,
+        "cosine_sign": f"{signals.cosine_sign:+d}",
+        "count_zero_phase_deg": float(np.degrees(signals.mean_error_rad)),
+    }
 
 
 def _edges(encoder, rng, options):
