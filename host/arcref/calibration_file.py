@@ -92,6 +92,32 @@ def _numbers(path, curve: dict, key: str, length: int | None = None, what: str =
     return np.array(values, float)
 
 
+def readings_json(readings_deg, weight) -> dict:
+    """`readings` of `results`: at which angles each error of the curve was read (NaN: not), and the weights."""
+    rows = [[round(float(value), 9) if math.isfinite(value) else None for value in row] for row in readings_deg]
+    return {"position_deg": rows, "weight": [float(value) for value in weight]}
+
+
+def read_readings(path, results: dict, count: int) -> tuple[np.ndarray, np.ndarray] | tuple[None, None]:
+    """What `readings_json` wrote: float64[count, m] with NaN, float64[m]; (None, None) when `results` has none.
+
+    Raises `InputError` when it is anything else.
+    """
+    if results.get("readings") is None:
+        return None, None
+    try:
+        readings = np.array(results["readings"]["position_deg"], float)
+        weight = np.array(results["readings"]["weight"], float)
+        good = readings.shape == (count, weight.size) and np.isfinite(readings).any(axis=1).all()
+        good = good and (weight > 0).all() and (np.abs(readings[np.isfinite(readings)]) < 1e6).all()
+    except (KeyError, TypeError, ValueError, IndexError):
+        good = False
+    if not good:
+        problem = f"{count} rows of position_deg, each with a number for each weight above 0, were expected"
+        raise InputError.at(path, problem, column="results.readings")
+    return readings, weight
+
+
 def _short(value) -> str:
     """A value out of the file, on one line and not too long for an error message."""
     if value is None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from arcref.calibration_file import read_calibration
+from arcref.calibration_file import read_calibration, read_readings
 from arcref.error_statistics import ErrorStatistics
 from arcref.input_error import InputError
 from arcref.run_file import read_run_file
@@ -27,7 +27,9 @@ class ErrorCurve:
     `date`, `inputs`, of a calibration also `expanded_uncertainty_arcsec` (k=2, of a corrected angle) and the `fit` it
     holds for; `closure_row`: (angle_deg, error_arcsec) of the first face read
     again a turn later, or None; `places`: for messages, where in its file each error stands, or None;
-    `arc_deg`: (first, last) angle when only an arc of the turn was measured, None for the whole turn.
+    `arc_deg`: (first, last) angle when only an arc of the turn was measured, None for the whole turn;
+    `readings_deg`: float64[n, m], at which angles each was read, NaN where it was read less often, with the weights
+    `reading_weight` float64[m] in the mean, or None when that is not known.
     """
 
     angle_deg: np.ndarray
@@ -37,6 +39,8 @@ class ErrorCurve:
     closure_row: tuple[float, float] | None = None
     places: tuple[dict, ...] | None = field(default=None, repr=False)
     arc_deg: tuple[float, float] | None = None
+    readings_deg: np.ndarray | None = field(default=None, repr=False)
+    reading_weight: np.ndarray | None = field(default=None, repr=False)
 
     def __post_init__(self):
         for name in ("angle_deg", "error_arcsec", "u_arcsec"):
@@ -90,6 +94,7 @@ class ErrorCurve:
             None,
             places,
             calibration.arc_deg,
+            *read_readings(path, calibration.results, count),
         )
         angle_places = [{"column": f"curve.angle_deg[{i}]"} for i in range(count)]
         checked = curve._checked(path, angle_places, closure_tolerance_arcsec)
@@ -147,6 +152,8 @@ class ErrorCurve:
             (float(angle[-1]), float(error[-1])),
             self.places[:-1],
             self.arc_deg,
+            None if self.readings_deg is None else self.readings_deg[:-1],
+            self.reading_weight,
         )
 
 

@@ -16,6 +16,7 @@ from arcref.rom_image import load_rom, rom_files
 from arcref.rom_plot import rom_plot
 from arcref.rom_provenance import rom_provenance
 from arcref.rom_report import rom_report
+from arcref.subdivision_at_faces import without_subdivision
 from arcref.subdivision_curve import SubdivisionCurve
 
 FILE = click.Path(path_type=Path)
@@ -43,7 +44,8 @@ def rom(calibration, subdivision, output, fit_name, spread, ridge, order, json_p
 
     CAL.json is a calibration of kind polygon, closure or theodolite; POLYGON.csv a reduced curve with the columns
     position_deg,error_arcsec. Three .mem files for Verilog's $readmemh are written beside the image. Outside of a
-    limited arc nothing is corrected.
+    limited arc nothing is corrected. With --subdivision the error within a line goes into the second table, and what
+    it put into the readings of CAL.json is taken off them before the fit.
     """
     if output.suffix != ".json":
         raise InputError(f"{output}: the name of a ROM image must end in .rom.json")
@@ -51,14 +53,15 @@ def rom(calibration, subdivision, output, fit_name, spread, ridge, order, json_p
     curve = read_curve(calibration)
     within_line = SubdivisionCurve.from_calibration_json(subdivision) if subdivision else None
     _refuse_large_errors(calibration, curve)
-    fit = fit_curve(curve, fit_name, **parameters)
+    taken_off = without_subdivision(curve, within_line) if within_line else None
+    fit = fit_curve(taken_off.curve if taken_off else curve, fit_name, **parameters)
     image = CorrectionRom.from_fit(
         fit.evaluate,
         within_line.evaluate if within_line else None,
-        rom_provenance(fit, within_line),
+        rom_provenance(fit, within_line, taken_off),
         source=f"{calibration}" + (f" with {subdivision}" if subdivision else ""),
     )
-    figures = rom_figures(fit, image)
+    figures = rom_figures(fit, image) | {"taken_off_arcsec": taken_off and taken_off.largest_arcsec}
     files = rom_files(image, output)
     check_outputs([*files, plot, json_path], [calibration, subdivision])
     if plot:
@@ -69,7 +72,7 @@ def rom(calibration, subdivision, output, fit_name, spread, ridge, order, json_p
     if load_rom(output) != image:
         click.echo(f"arcref: {output} does not read back as it was written", err=True)
         raise click.exceptions.Exit(1)
-    click.echo(rom_report(calibration, fit, figures, image, files), nl=False)
+    click.echo(rom_report(calibration, fit, figures, image, files, taken_off), nl=False)
 
 
 _FIT_OF_OPTION = {"spread_deg": ("--spread", "rbf"), "ridge": ("--ridge", "rbf"), "order": ("--order", "fourier")}

@@ -10,6 +10,7 @@ from arcref.calibration.fits.curve_fit import FittedCurve
 from arcref.calibration.fits.fit_names import DEFAULT_FIT, fit_curve
 from arcref.calibration.uncertainty_budget import COVERAGE_FACTOR
 from arcref.error_curve import ErrorCurve
+from arcref.subdivision_at_faces import TakenOff
 from arcref.subdivision_curve import SubdivisionCurve
 
 NO_UNCERTAINTY = "the input is a reduced curve that states no uncertainty"
@@ -22,7 +23,9 @@ UNCERTAINTY_BASIS = (
 )
 
 
-def rom_provenance(fit: FittedCurve, subdivision: SubdivisionCurve | None = None) -> dict:
+def rom_provenance(
+    fit: FittedCurve, subdivision: SubdivisionCurve | None = None, taken_off: TakenOff | None = None
+) -> dict:
     """The provenance of the ROM made from these: serial, date, method, inputs, uncertainty, version of arcref.
 
     It depends on the inputs alone, never on the clock, so that the same inputs give the same image. Computed figures
@@ -39,12 +42,14 @@ def rom_provenance(fit: FittedCurve, subdivision: SubdivisionCurve | None = None
         method["arc_deg"] = list(curve.arc_deg)
         method["corrected_lines"] = list(corrected_lines(fit))
         method["outside_the_arc"] = "not measured, the table is 0"
+    if taken_off is not None:
+        method["subdivision_taken_off"] = taken_off.to_json()
     return {
         "encoder_serial": curve.provenance.get("encoder_serial"),
         "date": curve.provenance.get("date"),
         "method": method,
         "inputs": curve.provenance.get("inputs", []) + (subdivision.provenance["inputs"] if subdivision else []),
-        **expanded_uncertainty(fit),
+        **_with_second_table(expanded_uncertainty(fit), subdivision),
         "arcref_version": __version__,
     }
 
@@ -102,6 +107,21 @@ def expanded_uncertainty(fit: FittedCurve) -> dict:
     else:
         value, basis = own, UNCERTAINTY_BASIS
     return {"expanded_uncertainty_arcsec": float(f"{value:.3g}"), "expanded_uncertainty_basis": basis}
+
+
+def _with_second_table(expanded: dict, subdivision: SubdivisionCurve | None) -> dict:
+    """The expanded uncertainty with that of the second table in it."""
+    value = expanded["expanded_uncertainty_arcsec"]
+    if subdivision is None or value is None:
+        return expanded
+    basis = expanded["expanded_uncertainty_basis"]
+    if subdivision.u_arcsec is None:
+        return expanded | {"expanded_uncertainty_basis": f"{basis}; the second table states none of its own"}
+    value = math.hypot(value, COVERAGE_FACTOR * float(subdivision.u_arcsec.max()))
+    return {
+        "expanded_uncertainty_arcsec": float(f"{value:.3g}"),
+        "expanded_uncertainty_basis": f"{basis}, and the largest of the second table",
+    }
 
 
 def _carried_through(fit: FittedCurve) -> float | None:

@@ -9,9 +9,10 @@ from rich.text import Text
 
 from arcref.angle import ARCSEC_PER_COUNT
 from arcref.calibration.fits.curve_fit import FittedCurve
-from arcref.correction_rom import CorrectionRom
+from arcref.correction_rom import FRACTION_BITS, CorrectionRom
 from arcref.error_curve import ErrorCurve
 from arcref.radial_basis_network import USABLE_SPREADS
+from arcref.subdivision_at_faces import TakenOff
 
 RESOLUTION_IS_NOT_ACCURACY = (
     f"Resolution is not accuracy: one count is {ARCSEC_PER_COUNT:.4f} arcsec; "
@@ -19,12 +20,19 @@ RESOLUTION_IS_NOT_ACCURACY = (
 )
 
 
-def rom_report(calibration: Path, fit: FittedCurve, figures: dict, image: CorrectionRom, files: dict) -> str:
+def rom_report(
+    calibration: Path,
+    fit: FittedCurve,
+    figures: dict,
+    image: CorrectionRom,
+    files: dict,
+    taken_off: TakenOff | None = None,
+) -> str:
     """The figures of `rom_figures` and what to mind, as lines of text; `files`: what was written."""
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_column(no_wrap=True)
     table.add_column(overflow="fold")
-    for name, value in _lines(fit, figures, image, files):
+    for name, value in _lines(fit, figures, image, files, taken_off):
         table.add_row(name, Text(value))
     console = Console(highlight=False, soft_wrap=False)
     with console.capture() as capture:
@@ -35,7 +43,7 @@ def rom_report(calibration: Path, fit: FittedCurve, figures: dict, image: Correc
     return "".join(f"{line.rstrip()}\n" for line in capture.get().splitlines())
 
 
-def _lines(fit: FittedCurve, figures: dict, image: CorrectionRom, files: dict):
+def _lines(fit: FittedCurve, figures: dict, image: CorrectionRom, files: dict, taken_off: TakenOff | None):
     f = figures
     yield "faces", f"{f['faces']}, {f['face_spacing_deg']:g} deg apart"
     if fit.curve.closure_row:
@@ -48,6 +56,8 @@ def _lines(fit: FittedCurve, figures: dict, image: CorrectionRom, files: dict):
                 f["corrected_from_deg"], f["corrected_to_deg"], *f["corrected_lines"]
             ),
         )
+    if taken_off:
+        yield "taken off", f"error within a line, {taken_off.largest_arcsec:.3f} arcsec at most, {taken_off.basis}"
     yield "errors", f"sigma {f['error_sigma_arcsec']:.3f}, peak to peak {f['error_peak_to_peak_arcsec']:.2f} arcsec"
     yield "fit", fit.title
     if fit.name == "rbf":
@@ -67,6 +77,13 @@ def _lines(fit: FittedCurve, figures: dict, image: CorrectionRom, files: dict):
             f"{f['table_min_arcsec']:+.3f} .. {f['table_max_arcsec']:+.3f} arcsec"
         ),
     )
+    if taken_off:
+        within_line = image.subdivision_table / (1 << FRACTION_BITS)
+        low, high = within_line.min(), within_line.max()
+        yield (
+            "second table",
+            f"{low:+.2f} .. {high:+.2f} counts, {low * ARCSEC_PER_COUNT:+.3f} .. {high * ARCSEC_PER_COUNT:+.3f} arcsec",
+        )
     rounding = f["rounding_max_counts"]
     yield "rounding", f"{rounding:.3f} counts ({rounding * ARCSEC_PER_COUNT:.3f} arcsec) from the fit at most"
     expanded = image.provenance["expanded_uncertainty_arcsec"]

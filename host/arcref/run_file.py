@@ -62,9 +62,15 @@ class RunFile:
 
 
 def read_run_file(
-    path, required: Sequence[str], optional: Sequence[str] = (), known_metadata: Sequence[str] = ()
+    path,
+    required: Sequence[str],
+    optional: Sequence[str] = (),
+    known_metadata: Sequence[str] = (),
+    alternatives: Sequence[Sequence[str]] = (),
 ) -> RunFile:
     """Read a run file that has all the columns of `required` and may have those of `optional`, and no others.
+
+    `alternatives`: sets of columns, any of which may stand in place of `required`.
 
     `known_metadata`: the keys that this kind of run knows, if its reader wants misspelt ones refused.
 
@@ -81,7 +87,7 @@ def read_run_file(
     metadata, metadata_rows = _read_metadata(dialect, lines[:header_index])
     _check_keys(file.path, metadata_rows, known_metadata)
     names = _column_names(dialect, header_index + 1, lines[header_index])
-    _check_names(file.path, header_index + 1, names, required, optional)
+    _check_names(file.path, header_index + 1, names, [required, *alternatives], optional)
     cells: dict[str, list[float]] = {name: [] for name in names}
     numbers = []
     for line, row in _csv_rows(dialect, lines, header_index + 1):
@@ -160,11 +166,11 @@ def _csv_rows(dialect: CsvDialect, lines: list[str], first: int):
         yield number, dialect.cells(number, line)
 
 
-def _check_names(path: Path, row: int, names: list[str], required: Sequence[str], optional: Sequence[str]) -> None:
-    complete = set(required) <= set(names) <= {*required, *optional}
+def _check_names(path: Path, row: int, names: list[str], choices: list[Sequence[str]], optional: Sequence[str]) -> None:
+    complete = any(set(required) <= set(names) <= {*required, *optional} for required in choices)
     if complete and len(set(names)) == len(names):
         return
-    expected = _names(required)
+    expected = " or ".join(_names(required) for required in choices)
     if optional:
         expected += f" (and, if wanted, {_names(optional)})"
     raise InputError.at(path, f"the columns are {_names(names)}, expected were {expected}", row=row)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from arcref.angle import LINES_PER_TURN
 from arcref.calibration_file import read_calibration
 from arcref.input_error import InputError
 
@@ -16,20 +17,27 @@ class SubdivisionCurve:
     """Errors (reading - true angle) over one grating line, which repeats 4096 times a turn.
 
     `line_deg`: float64[n], increasing, 360 to a line, first to last less than 360 apart; `error_arcsec`: float64[n].
+    The phase is that of the reading, zero where the count is a multiple of a line. `u_arcsec`: standard uncertainty
+    (k=1) of each error, or None when none is stated.
     """
 
     line_deg: np.ndarray
     error_arcsec: np.ndarray
     provenance: dict = field(default_factory=dict)
+    u_arcsec: np.ndarray | None = None
 
     @classmethod
     def from_calibration_json(cls, path) -> "SubdivisionCurve":
         """Read the curve of a `CAL.json` of kind subdivision.
 
-        Raises `InputError` as `read_calibration` does, for fewer than eight points, and for phases that do not
-        increase or span a line or more.
+        Raises `InputError` as `read_calibration` does, for a disc of other than 4096 lines, for fewer than eight
+        points, and for phases that do not increase or span a line or more.
         """
         calibration = read_calibration(path, ("subdivision",))
+        lines = calibration.results.get("line_count", LINES_PER_TURN)
+        if lines != LINES_PER_TURN:
+            problem = f"is {lines!r:.40}, {LINES_PER_TURN} lines were expected: those of the disc that the ROM is for"
+            raise InputError.at(path, problem, column="results.line_count")
         phase = calibration.angle_deg
         if phase.size < FEWEST_POINTS:
             problem = f"has {phase.size} points, at least {FEWEST_POINTS} were expected"
@@ -40,7 +48,7 @@ class SubdivisionCurve:
             problem = f"is {phase[index]:g}, increasing phases within 360 deg of the first were expected"
             raise InputError.at(path, problem, column=f"curve.line_deg[{index}]")
         record = calibration.file.record | {"kind": calibration.kind, "provenance": calibration.provenance}
-        return cls(phase, calibration.error_arcsec, {"inputs": [record]})
+        return cls(phase, calibration.error_arcsec, {"inputs": [record]}, calibration.u_arcsec)
 
     def evaluate(self, line_deg) -> np.ndarray:
         """The error in arcsec at the phases `line_deg` of a line, straight from point to point around the line."""

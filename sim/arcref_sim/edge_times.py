@@ -87,17 +87,20 @@ class EdgeSource:
         """Times (s) and counts of the edges of A and B, with the times of the edges of Z that fall among them."""
         count, begin_s, begin_reading = self.start_count, 0.0, self.start_reading
         for segment in self._motion.segments:
-            end_reading = float(self._graduation.reading_at(segment.counts_at(segment.duration_s)))
+            end = self._graduation.reading_at(segment.counts_at(segment.duration_s))
+            end_reading = float(self._waves.shown_reading(begin_reading, [end])[0])
             direction = segment.direction
+            # In reverse the reading is lower than what is shown.
+            lag = self._waves.hysteresis_counts if direction < 0 else 0.0
             passed = int(self._waves.count_at_reading(end_reading)) - count
-            z_times_s = self._z_times(segment, begin_reading, end_reading) + begin_s
+            z_times_s = self._z_times(segment, begin_reading, end_reading, lag) + begin_s
             for start in range(0, max(passed * direction, 1), CHUNK_EDGES):
                 number = max(min(passed * direction - start, CHUNK_EDGES), 0)
                 if number == 0 and len(z_times_s) == 0:
                     continue
                 self._count_before_chunk = count
                 low = count + 1 if direction > 0 else count - number + 1
-                way_s = segment.time_at(self._true_at_edges(low, number)) if number else np.zeros(0)
+                way_s = segment.time_at(self._true_at_edges(low, number, lag)) if number else np.zeros(0)
                 time_s = np.clip(way_s, 0, segment.duration_s)
                 time_s += begin_s
                 counts = np.arange(count + direction, count + direction * (number + 1), direction or 1)
@@ -111,15 +114,15 @@ class EdgeSource:
             begin_s += segment.duration_s
             begin_reading = end_reading
 
-    def _true_at_edges(self, low: int, number: int) -> np.ndarray:
+    def _true_at_edges(self, low: int, number: int, lag: float) -> np.ndarray:
         """True angles of the edges between count k - 1 and k for k from `low` on, rising."""
         shift = self._waves.edge_shift_counts
-        if not shift.any():
+        if not shift.any() and not lag:
             return self._graduation.true_at_counts(low, number)
         k = np.arange(low, low + number)
-        return self._graduation.true_at_reading(k + shift[k & 3])
+        return self._graduation.true_at_reading(k + shift[k & 3] - lag)
 
-    def _z_times(self, segment, begin_reading: float, end_reading: float) -> np.ndarray:
+    def _z_times(self, segment, begin_reading: float, end_reading: float, lag: float) -> np.ndarray:
         """Times of the edges of Z from the start of a segment, rising."""
         low, high = sorted((begin_reading, end_reading))
         edges = self._zero_mark.intervals(low, high).reshape(-1)
@@ -128,16 +131,18 @@ class EdgeSource:
             edges = edges[(edges > low) & (edges <= high)]
         else:
             edges = edges[(edges > low) & (edges <= high)][::-1]
-        return segment.time_at(self._graduation.true_at_reading(edges)) if len(edges) else np.zeros(0)
+        return segment.time_at(self._graduation.true_at_reading(edges - lag)) if len(edges) else np.zeros(0)
 
     def _conversions(self):
         """Times (s) and counts of edges that a converter asks for, all of a bunch at the conversion's own time."""
         interval_s = self._waves.conversion_interval_ns * 1e-9
-        count = self.start_count
+        count, shown = self.start_count, self.start_reading
         total = int(self._motion.duration_s / interval_s)
         for first in range(1, total + 1, CHUNK_CONVERSIONS):
             time_s = np.arange(first, min(first + CHUNK_CONVERSIONS, total + 1)) * interval_s
             reading = self._graduation.reading_at(self._motion.true_counts_at(time_s))
+            reading = self._waves.shown_reading(shown, reading)
+            shown = float(reading[-1])
             steps = np.diff(self._waves.count_at_reading(reading), prepend=count)
             counts = count + np.cumsum(np.repeat(np.sign(steps), np.abs(steps)))
             if len(counts):

@@ -9,6 +9,8 @@ SIMULATE_VERBS = {
     "polygon": "arcref_sim.metrology.simulate_polygon_command:polygon",
     "closure": "arcref_sim.metrology.simulate_closure_command:closure",
     "theodolite": "arcref_sim.metrology.simulate_theodolite_command:theodolite",
+    "subdivision": "arcref_sim.metrology.simulate_subdivision_command:subdivision",
+    "corrected": "arcref_sim.simulate_corrected_command:corrected",
 }
 """Verbs of the group: name and `module:function`."""
 

@@ -25,6 +25,7 @@ class SquareWaves:
       this often, and the edges between two conversions come in a bunch, at the shortest edge spacing. Duty and phase
       error are then without meaning.
     - `delay_ns`: constant delay of A, B and Z.
+    - `hysteresis_counts`: in reverse, A, B and Z follow only when the reading has fallen back by so much.
     """
 
     a_duty: float = 0.5
@@ -34,10 +35,13 @@ class SquareWaves:
     shortest_edge_spacing_ns: float = 0.0
     conversion_interval_ns: float = 0.0
     delay_ns: float = 0.0
+    hysteresis_counts: float = 0.0
 
     def __post_init__(self):
         if np.any(np.diff(np.append(np.arange(4) + self.edge_shift_counts, 4 + self.edge_shift_counts[0])) <= 0):
             raise ValueError("this duty and phase error make edges of A and B change places")
+        if self.hysteresis_counts < 0:
+            raise ValueError("hysteresis is 0 or more")
         if self.conversion_interval_ns and np.any(self.edge_shift_counts):
             raise ValueError("duty and phase error have no meaning with a conversion interval")
 
@@ -48,6 +52,20 @@ class SquareWaves:
         b_late = self.phase_error_deg / 90
         # B rises into count 0, A falls into 1, B falls into 2, A rises into 3.
         return np.array([b_late - b_half, a_half, b_late + b_half, -a_half])
+
+    def shown_reading(self, before: float, readings) -> np.ndarray:
+        """The readings that A and B follow, hysteresis taken into account, when `before` was followed last.
+
+        `readings`: float64[n] in the order of time. Forward nothing lags.
+        """
+        readings = np.asarray(readings, dtype=np.float64)
+        if not self.hysteresis_counts:
+            return readings
+        shown = np.empty_like(readings)
+        for index, reading in enumerate(readings):
+            before = min(max(before, reading), reading + self.hysteresis_counts)
+            shown[index] = before
+        return shown
 
     def count_at_reading(self, reading):
         """The count that the ideal counter shows at a reading: floor, moved by the edge shifts. Array or number."""

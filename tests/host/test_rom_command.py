@@ -14,13 +14,15 @@ from arcref.rom_identity import decode_identity
 from arcref.rom_image import load_rom
 from arcref.rom_provenance import fit_from_provenance
 
+ERRORS_ARCSEC = [2 * float(np.sin(np.radians(15 * i))) for i in range(24)]
+
 CALIBRATION = {
     "format": "arcref-calibration",
     "version": 1,
     "kind": "polygon",
     "curve": {
         "angle_deg": [15 * i for i in range(24)],
-        "error_arcsec": [2 * float(np.sin(np.radians(15 * i))) for i in range(24)],
+        "error_arcsec": ERRORS_ARCSEC,
         "u_arcsec": [0.2] * 23 + [0.26],
     },
     "results": {},
@@ -117,10 +119,15 @@ def test_same_input_same_bytes(tmp_path, arcref, polygon):
 
 
 def test_calibration_with_uncertainty_and_subdivision(tmp_path, arcref):
-    calibration = write_json(tmp_path / "cal.json", CALIBRATION)
+    # The faces see the error within the line, too: on 24 of them it looks like order 8.
+    seen = [error + 0.3 * float(np.sin(2 * np.pi * 16384 * i / 24)) for i, error in enumerate(ERRORS_ARCSEC)]
+    curve = CALIBRATION["curve"] | {"error_arcsec": seen}
+    calibration = write_json(tmp_path / "cal.json", CALIBRATION | {"curve": curve})
     within_line = write_json(tmp_path / "within.json", SUBDIVISION)
     result = arcref("rom", calibration, "--subdivision", within_line, "-o", tmp_path / "x.rom.json")
     assert result.exit_code == 0, result.stderr
+    assert "taken off" in result.stdout
+    assert "second table states none of its own" in " ".join(result.stdout.split())
     assert "0.528 arcsec (k=2)" in result.stdout  # 0.52 at the worst face, and rounding to a count
     rom = load_rom(tmp_path / "x.rom.json")
     assert rom.provenance["encoder_serial"] == "AR-7"
@@ -133,7 +140,8 @@ def test_calibration_with_uncertainty_and_subdivision(tmp_path, arcref):
     angle = position * 2 * np.pi / 2**23
     error = 2 * np.sin(angle) + 0.3 * np.sin(4 * 4096 * angle)
     left = error - rom.correction(position) * 1296000 / 2**23
-    assert np.abs(left).max() < 0.62 * 1296000 / 2**23
+    # Rounding, and the chords between the curve's 64 points.
+    assert np.abs(left).max() < 0.65 * 1296000 / 2**23
 
 
 def test_spread_and_ridge_are_used(tmp_path, arcref, polygon, table_1):

@@ -8,6 +8,7 @@ VERBS = {
     "polygon": "arcref.calibration.calibrate_polygon_command:polygon",
     "closure": "arcref.calibration.calibrate_closure_command:closure",
     "theodolite": "arcref.calibration.calibrate_theodolite_command:theodolite",
+    "subdivision": "arcref.subdivision.calibrate_subdivision_command:subdivision",
 }
 """Methods of calibration: name and `module:function`."""
 

@@ -15,6 +15,7 @@ from arcref.atomic_file import write_files
 from arcref.calibration.calibration_result import CalibrationResult
 from arcref.calibration.fit_sections import COMPARISON_TITLE
 from arcref.calibration.fits.fit_names import DEFAULT_FIT, FIT_NAMES
+from arcref.calibration.metadata_keys import SUBDIVISION
 from arcref.calibration_file import FORMAT, VERSION
 from arcref.input_error import InputError
 from arcref.output_files import check_outputs
@@ -83,13 +84,16 @@ def calibration_options(verb: Callable) -> Callable:
 
 def calibration_json(result: CalibrationResult) -> dict:
     """The content of CAL.json, as DESIGN.md has it."""
-    curve = {
-        "angle_deg": result.curve.angle_deg.tolist(),
+    if result.kind == SUBDIVISION:
+        abscissa, arc = {"line_deg": result.curve.line_deg.tolist()}, None
+    else:
+        abscissa, arc = {"angle_deg": result.curve.angle_deg.tolist()}, result.curve.arc_deg
+    curve = abscissa | {
         "error_arcsec": result.curve.error_arcsec.tolist(),
         "u_arcsec": None if result.curve.u_arcsec is None else result.curve.u_arcsec.tolist(),
     }
-    if result.curve.arc_deg is not None:
-        curve["arc_deg"] = list(result.curve.arc_deg)
+    if arc is not None:
+        curve["arc_deg"] = list(arc)
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -112,6 +116,17 @@ def finish_calibration(
         _refuse_another_encoder(result.run, as_left.run)
     final = as_left or result
     contents = {options.output: _json(calibration_json(final))}
+    reports = _subdivision_reports if result.kind == SUBDIVISION else _turn_reports
+    contents |= reports(result, as_left, options)
+    write_files(contents)
+    _print(result, as_left, list(contents))
+    if not all(each.passed for each in (result, as_left) if each is not None):
+        raise click.exceptions.Exit(1)
+
+
+def _turn_reports(result: CalibrationResult, as_left: CalibrationResult | None, options: OutputOptions) -> dict:
+    """The files of a report on the error over the turn, those that are wanted."""
+    contents = {}
     if options.json:
         from arcref.calibration.report.calibration_record import calibration_record
 
@@ -124,10 +139,24 @@ def finish_calibration(
         from arcref.calibration.report.calibration_page import calibration_page
 
         contents[options.report] = calibration_page(result, as_left).encode()
-    write_files(contents)
-    _print(result, as_left, list(contents))
-    if not all(each.passed for each in (result, as_left) if each is not None):
-        raise click.exceptions.Exit(1)
+    return contents
+
+
+def _subdivision_reports(result: CalibrationResult, as_left: None, options: OutputOptions) -> dict:
+    """The files of a report on the error within a line, those that are wanted; it knows no run as left."""
+    contents = {}
+    if options.json or options.csv:
+        from arcref.subdivision.report.subdivision_record import subdivision_csv, subdivision_record
+
+        if options.json:
+            contents[options.json] = _json(subdivision_record(result))
+        if options.csv:
+            contents[options.csv] = subdivision_csv(result).encode()
+    if options.report:
+        from arcref.subdivision.report.subdivision_page import subdivision_page
+
+        contents[options.report] = subdivision_page(result).encode()
+    return contents
 
 
 def _refuse_another_encoder(found: RunFile, left: RunFile) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from arcref.calibration.uncertainty_budget import UncertaintyBudget
 from arcref.error_curve import ErrorCurve
 from arcref.run_file import RunFile
+from arcref.subdivision_curve import SubdivisionCurve
 
 if TYPE_CHECKING:
     from arcref.calibration.fits.curve_fit import FittedCurve
@@ -59,7 +60,8 @@ class SeriesErrors:
 class CalibrationResult:
     """The outcome of one calibration.
 
-    `kind`: "polygon", "closure" or "theodolite"; `curve`: errors with their standard uncertainty (k=1);
+    `kind`: "polygon", "closure", "theodolite" or "subdivision"; `curve`: errors with their standard uncertainty (k=1),
+    over the turn, or of kind subdivision over a grating line;
     `results`: the method's numbers, ready for JSON, as DESIGN names them; `method`: paragraphs on how it was done;
     `figures`: (name, value) pairs of the short table on the terminal and at the page's top;
     `not_checked`: plain sentences on what this method cannot see; `run`: the file it came from; `fitted`: the curve
@@ -69,7 +71,7 @@ class CalibrationResult:
 
     kind: str
     run: RunFile
-    curve: ErrorCurve
+    curve: ErrorCurve | SubdivisionCurve
     results: dict
     budget: UncertaintyBudget
     method: tuple[str, ...]

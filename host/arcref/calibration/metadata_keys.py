@@ -13,6 +13,7 @@ from arcref.run_file import RunFile
 POLYGON, CLOSURE, THEODOLITE, SUBDIVISION = "polygon", "closure", "theodolite", "subdivision"
 EVERY = (POLYGON, CLOSURE, THEODOLITE, SUBDIVISION)
 FACES = (POLYGON, CLOSURE)
+SEEN = (*FACES, SUBDIVISION)
 
 IDENTIFICATION, CONDITIONS, METHOD, UNCERTAINTY = "identification", "conditions", "method", "uncertainty"
 
@@ -75,7 +76,7 @@ METADATA_KEYS = (
     _number("humidity_percent", CONDITIONS, "relative humidity of the air", "%", lowest=0),
     _number("pressure_hpa", CONDITIONS, "pressure of the air", "hPa", lowest=0),
     _number("faces", METHOD, "number of faces of the polygon", "1", FACES, 3),
-    _number("autocollimator_sign", METHOD, "+1: e = (a-a1) - (b-b1) + (c-c1); -1: c is subtracted", "1", FACES, -1),
+    _number("autocollimator_sign", METHOD, "+1: e = (a-a1) - (b-b1) + (c-c1); -1: c is subtracted", "1", SEEN, -1),
     _number("autocollimator_roll_arcmin", METHOD, "roll of the autocollimator: x gets roll times y", "arcmin", FACES),
     _number("autocollimator_y_sign", METHOD, "+1: y grows as the face looks up; -1: it falls", "1", (POLYGON,), -1),
     _number("closing_limit_arcsec", METHOD, "largest closing error that a round may have", "arcsec", FACES, 0),
@@ -113,8 +114,38 @@ METADATA_KEYS = (
         (THEODOLITE,),
         0,
     ),
+    _text(
+        "subdivision_corrected",
+        METHOD,
+        "yes: the readings had gone through the ROM's second table already; no by default",
+        (*FACES, THEODOLITE),
+    ),
     _number("samples_per_period", METHOD, "samples of the signals in one signal period", "1", (SUBDIVISION,), 1),
     _number("line_count", METHOD, "grating lines of the disc", "1", (SUBDIVISION,), 1),
+    _number(
+        "line_ripple_percent",
+        UNCERTAINTY,
+        "amplitude of speed ripple that comes once a grating line, in percent of the speed",
+        "%",
+        (SUBDIVISION,),
+        0,
+    ),
+    _number("first_line", METHOD, "grating line at which the samples begin", "1", (SUBDIVISION,), 0),
+    _number(
+        "cosine_sign",
+        METHOD,
+        "+1: as the angle grows the cosine is a quarter of a line ahead of the sine; -1: it is behind",
+        "1",
+        (SUBDIVISION,),
+        -1,
+    ),
+    _number(
+        "count_zero_phase_deg",
+        METHOD,
+        "interpolated phase of the signals, 360 to a line, at which the count is a multiple of a line",
+        "deg",
+        (SUBDIVISION,),
+    ),
     _number(
         "u_face_certificate_arcsec",
         UNCERTAINTY,
@@ -136,11 +167,11 @@ METADATA_KEYS = (
         UNCERTAINTY,
         "of one x reading, from the autocollimator's certificate",
         "arcsec",
-        FACES,
+        SEEN,
         0,
     ),
     _number(
-        "expanded_autocollimator_arcsec", UNCERTAINTY, "the same as the certificate prints it, k=2", "arcsec", FACES, 0
+        "expanded_autocollimator_arcsec", UNCERTAINTY, "the same as the certificate prints it, k=2", "arcsec", SEEN, 0
     ),
     _number(
         "u_repeatability_arcsec", UNCERTAINTY, "of one reading, when one round alone cannot show it", "arcsec", FACES, 0
@@ -226,6 +257,15 @@ METADATA_KEYS = (
         "of an azimuth, as the beam walks over a mirror that is not flat",
         "arcsec",
         (THEODOLITE,),
+        0,
+    ),
+    _number("u_count_zero_phase_deg", UNCERTAINTY, "of that phase, 360 to a line", "deg", (SUBDIVISION,), 0),
+    _number(
+        "speed_change_percent",
+        UNCERTAINTY,
+        "the speed changes by no more than this along one grating line",
+        "%",
+        (SUBDIVISION,),
         0,
     ),
 )

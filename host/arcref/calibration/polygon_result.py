@@ -14,6 +14,7 @@ from arcref.calibration.polygon_figures import polygon_figures, polygon_results
 from arcref.calibration.polygon_inputs import PolygonInputs
 from arcref.calibration.polygon_reduction import PolygonReduction
 from arcref.calibration.polygon_sections import method_paragraphs, series_section, tilt_section
+from arcref.calibration_file import readings_json
 from arcref.error_curve import ErrorCurve
 
 
@@ -46,6 +47,7 @@ def polygon_result(reduction: PolygonReduction, options: PolygonOptions = USUAL)
     fit_results, fit_sections = fit_report(fitted, options.fit, reading_deg)
     results = polygon_results(reduction) | fit_results
     results["expanded_uncertainty_arcsec"] = budget.expanded_arcsec
+    results["readings"] = readings_json(reading_deg, run.series.weight)
     checks, warnings = polygon_checks(reduction), polygon_warnings(reduction)
     if options.suspicion:
         warnings.insert(0, f"Accepted though it looks like a mistake: {options.suspicion}.")

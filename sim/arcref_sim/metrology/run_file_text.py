@@ -10,6 +10,9 @@ DECIMALS = {
     "face_deviation_arcsec": 4,
     "autocollimator_x_arcsec": 4,
     "autocollimator_y_arcsec": 4,
+    "time_s": 11,
+    "sine_v": 6,
+    "cosine_v": 6,
 }
 """Decimals of each column, far below a count (0.00004 deg, 0.15 arcsec); columns not named hold whole numbers."""
 

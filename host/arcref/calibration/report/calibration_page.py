@@ -41,8 +41,8 @@ def calibration_page(result: CalibrationResult, as_left: CalibrationResult | Non
         record=record,
         runs=record["runs"],
         title=TITLES[result.kind],
-        n=partial(_number, record),
-        unit_of=_unit_of,
+        n=partial(number_element, record),
+        unit_of=unit_of,
         error_svg=error_plot(result, as_left),
         polar_svg=polar_plot(result, as_left),
         harmonics_svg=harmonics_plot(record["runs"]),
@@ -64,7 +64,9 @@ def _of_each_run(plots: list) -> list:
     return [plot and with_own_ids(plot, f"run{run}") for run, plot in enumerate(plots)]
 
 
-def _number(record: dict, path: str, digits: int = 3, *, sign: bool = False, factor: float = 1.0, none="–") -> Markup:
+def number_element(
+    record: dict, path: str, digits: int = 3, *, sign: bool = False, factor: float = 1.0, none="–"
+) -> Markup:
     """The number at `path` ("runs.0.budget.combined_arcsec") as a `<data>` element, or `none` when it is null.
 
     `digits` after the point; `factor`: shown times this (100 for percent), the value stays as it is.
@@ -83,7 +85,7 @@ def _number(record: dict, path: str, digits: int = 3, *, sign: bool = False, fac
     )
 
 
-def _unit_of(key: str) -> str:
+def unit_of(key: str) -> str:
     """The unit of a metadata key's number, "" for text."""
     unit = KEYS_BY_NAME[key].unit
     return {None: "", "1": "", "deg C": "°C"}.get(unit, unit)

@@ -55,8 +55,8 @@ def _run(label: str, result: CalibrationResult) -> dict:
         "kind": result.kind,
         "passed": result.passed,
         "file": result.run.path.name,
-        "identification": _stated(result, IDENTIFICATION),
-        "conditions": _stated(result, CONDITIONS),
+        "identification": stated_metadata(result, IDENTIFICATION),
+        "conditions": stated_metadata(result, CONDITIONS),
         "other_metadata": [
             {"key": key, "label": key, "value": value}
             for key, value in result.run.metadata.items()
@@ -140,7 +140,7 @@ def budget_record(budget: UncertaintyBudget) -> dict:
     }
 
 
-def _stated(result: CalibrationResult, group: str) -> list[dict]:
+def stated_metadata(result: CalibrationResult, group: str) -> list[dict]:
     """The metadata of a group in the order of the list of keys, with what was asked for and not stated."""
     rows = []
     for key in METADATA_KEYS:
