@@ -149,12 +149,16 @@ def _lines(curve: ErrorCurve, figures: dict, image: CorrectionRom, files: dict):
     yield "spread c", f"{f['spread_deg']:g} deg, condition number {f['condition_number']:.3g}"
     yield "ridge", f"{f['ridge']:g}" if f["ridge"] else "0, exact interpolation"
     yield "residual at the faces", f"{f['residual_at_faces_max_arcsec']:.2g} arcsec at most"
-    yield "leave-one-out rms", (
-        f"{f['leave_one_out_rms_arcsec']:.3f} arcsec (no correction: {f['error_rms_arcsec']:.3f} arcsec)"
+    yield (
+        "leave-one-out rms",
+        (f"{f['leave_one_out_rms_arcsec']:.3f} arcsec (no correction: {f['error_rms_arcsec']:.3f} arcsec)"),
     )
-    yield "table", (
-        f"{f['table_min_counts']:+.2f} .. {f['table_max_counts']:+.2f} counts, "
-        f"{f['table_min_arcsec']:+.3f} .. {f['table_max_arcsec']:+.3f} arcsec"
+    yield (
+        "table",
+        (
+            f"{f['table_min_counts']:+.2f} .. {f['table_max_counts']:+.2f} counts, "
+            f"{f['table_min_arcsec']:+.3f} .. {f['table_max_arcsec']:+.3f} arcsec"
+        ),
     )
     rounding = f["rounding_max_counts"]
     yield "rounding", f"{rounding:.3f} counts ({rounding * ARCSEC_PER_COUNT:.3f} arcsec) from the fit at most"

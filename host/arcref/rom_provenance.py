@@ -10,9 +10,7 @@ NO_UNCERTAINTY = "the input is a reduced curve that states no uncertainty"
 UNCERTAINTY_BASIS = "twice the largest standard uncertainty of the curve at its faces; between faces the fit adds to it"
 
 
-def rom_provenance(
-    curve: ErrorCurve, network: RadialBasisNetwork, subdivision: SubdivisionCurve | None = None
-) -> dict:
+def rom_provenance(curve: ErrorCurve, network: RadialBasisNetwork, subdivision: SubdivisionCurve | None = None) -> dict:
     """The provenance of the ROM made from these: serial, date, method, inputs, uncertainty, version of arcref.
 
     It depends on the inputs alone, never on the clock, so that the same inputs give the same image. Computed figures
