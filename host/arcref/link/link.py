@@ -78,6 +78,11 @@ class Link:
         """Packets from the instrument that came broken so far."""
         return self._stream.broken
 
+    @property
+    def lost(self) -> bool:
+        """True once the port is gone."""
+        return self._lost is not None and not self._closing
+
     def read_words(self, address: int, count: int, what: str) -> list[int]:
         """Words from `address` on, all of one instant. `what` says in messages what was asked.
 
