@@ -5,6 +5,7 @@ with Encoder() as encoder:
     print(encoder.angle_deg)
 """
 
+import contextlib
 import queue
 import time
 from collections.abc import Iterator
@@ -14,7 +15,7 @@ import numpy as np
 
 from arcref.angle import COUNTS_PER_TURN, counts_to_deg
 from arcref.correction_rom import CorrectionRom
-from arcref.flags import Flag
+from arcref.flags import FAULT_FLAGS, Flag
 from arcref.input_error import InputError
 from arcref.instrument.captures import UNKNOWN_LOSS, capture_array, lost_together
 from arcref.instrument.identity import Identity, read_identity
@@ -130,7 +131,7 @@ class Encoder:
         """The flags now."""
         return Flag(self.registers.flags & 0xFF)
 
-    def clear_flags(self, flags: Flag = Flag(0xFF)) -> None:
+    def clear_flags(self, flags: Flag = FAULT_FLAGS) -> None:
         """Clear fault flags, all unless told which."""
         self.registers.clear_flags = int(flags)
 
@@ -200,10 +201,8 @@ class Encoder:
         self.registers.capture_enable = 1
 
     def _stop_captures(self) -> None:
-        try:
+        with contextlib.suppress(InstrumentError):  # the port is gone: there is nothing to stop
             self.registers.capture_enable = 0
-        except InstrumentError:
-            pass  # the port is gone: there is nothing to stop
 
     def _next_record(self, timeout_s: float | None):
         deadline = None if timeout_s is None else time.monotonic() + timeout_s

@@ -53,15 +53,12 @@ class RegisterAccess:
             words += self._link.read_words(window.address + first, count, f"read of {name}")
         return words
 
-    def write_window(self, name: str, words: list[int], progress=lambda part: None) -> None:
-        """Write all words of a memory window. `progress` is given the part done, 0..1."""
+    def write_window(self, name: str, first: int, words: list[int]) -> None:
+        """Write words of a memory window from place `first` on, `MOST_WORDS` at the most."""
         window = REGISTERS[name]
-        if len(words) != window.words:
-            raise ValueError(f"{name} takes {window.words} words, not {len(words)}")
-        for first in range(0, window.words, MOST_WORDS):
-            part = [int(word) & 0xFFFF for word in words[first : first + MOST_WORDS]]
-            self._link.write_words(window.address + first, part, f"write of {name}")
-            progress((first + len(part)) / window.words)
+        if not 0 <= first <= first + len(words) <= window.words:
+            raise ValueError(f"{name} has {window.words} words")
+        self._link.write_words(window.address + first, words, f"write of {name}")
 
 
 def find_register(name: str) -> Register:

@@ -7,6 +7,7 @@ import numpy as np
 from arcref.correction_rom import CorrectionRom
 from arcref.instrument.register_access import RegisterAccess
 from arcref.instrument_error import InstrumentError
+from arcref.link.packet import MOST_WORDS
 from arcref.link.registers import REGISTERS, ROM_STATES
 from arcref.rom_identity import identity_words
 
@@ -26,11 +27,11 @@ def load_trial(registers: RegisterAccess, rom: CorrectionRom, progress=lambda pa
     whole, done = sum(len(words) for words in tables.values()), 0
     registers.trial = BEGIN
     for name, words in tables.items():
-        start = done
-        registers.write_window(
-            name, words.tolist(), lambda part, start=start, size=len(words): progress((start + part * size) / whole)
-        )
-        done += len(words)
+        for first in range(0, len(words), MOST_WORDS):
+            part = words[first : first + MOST_WORDS].tolist()
+            registers.write_window(name, first, part)
+            done += len(part)
+            progress(done / whole)
     registers.trial = FINISH
     state = _state_after_check(registers)
     if state == "fault":

@@ -164,11 +164,10 @@ REGISTERS = RegisterMap(
             0x0090,
             24,
             Access.WRITE,
-            "Counts of corrected angle from pulse to pulse; 0 switches the output off.",
+            "Counts of corrected position from pulse to pulse; 0 switches the output off.",
             "counts",
-            largest=1 << 23,
         ),
-        Register("compare_start", 0x0092, 23, Access.WRITE, "Corrected angle of the first pulse.", "counts"),
+        Register("compare_start", 0x0092, 23, Access.WRITE, "Corrected angle that has a pulse.", "counts"),
         Register("compare_width", 0x0094, 16, Access.WRITE, "Length of a pulse.", "word clocks", reset=1),
         Register("compare_count", 0x0096, 32, Access.READ, "Pulses given since reset."),
         # Captures.
