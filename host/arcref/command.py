@@ -17,10 +17,18 @@ from pathlib import Path
 import click
 
 from arcref.input_error import InputError
+from arcref.instrument_error import InstrumentError
 
 ENTRY_POINT_GROUP = "arcref.commands"
 
-HOST_VERBS = {"rom": "arcref.rom_command:rom"}
+HOST_VERBS = {
+    "rom": "arcref.rom_command:rom",
+    "info": "arcref.instrument.info_command:info",
+    "read": "arcref.instrument.read_command:read",
+    "capture": "arcref.instrument.capture_command:capture",
+    "watch": "arcref.instrument.watch_command:watch",
+    "registers": "arcref.instrument.registers_command:registers",
+}
 """Verbs of the host: name and `module:function`."""
 
 INTERRUPTED = 130
@@ -36,6 +44,12 @@ class BadInput(click.ClickException):
         """Print the line on stderr."""
         # A file name may hold a line break; the message stays one line.
         click.echo("arcref: " + " ".join(self.message.splitlines()), file=file, err=file is None)
+
+
+class InstrumentFailed(BadInput):
+    """An `InstrumentError` as click shows it: one line, exit status 1."""
+
+    exit_code = 1
 
 
 class VerbGroup(click.Group):
@@ -67,6 +81,8 @@ class VerbGroup(click.Group):
             return super().invoke(ctx)
         except InputError as error:
             raise BadInput(str(error)) from error
+        except InstrumentError as error:
+            raise InstrumentFailed(str(error)) from error
         except ModuleNotFoundError as error:
             if _extra_of(error.name) is None:
                 raise

@@ -1,7 +1,7 @@
 """Captures in a file, written as they arrive: CSV, or HDF5 with units and provenance as attributes.
 
-A killed process loses nothing that was received: every batch is on the disk before the next is taken. The file has
-its own name from the beginning on, and an existing file is never written over.
+A killed process loses nothing that was received: every batch is on the disk before the next is taken. A file that
+exists is never written over.
 """
 
 import csv
@@ -27,11 +27,9 @@ UNITS = {
 DATASET = "captures"
 """Name of the data set in an HDF5 file."""
 
-_CHUNK = 1024
-
 
 def open_capture_file(path: Path, provenance: dict) -> "CsvCaptures | Hdf5Captures":
-    """A new file for captures, by its suffix: .csv, .h5 or .hdf5. Raises `InputError` for others, and when it exists."""
+    """A new file, by its suffix: .csv, .h5 or .hdf5. Raises `InputError` for others, and when it exists already."""
     kinds = {".csv": CsvCaptures, ".h5": Hdf5Captures, ".hdf5": Hdf5Captures}
     kind = kinds.get(path.suffix.lower())
     if kind is None:
@@ -75,30 +73,32 @@ class CsvCaptures:
 
 
 class Hdf5Captures:
-    """An HDF5 file with one growing data set. It is opened for each batch alone, so that it is whole in between."""
+    """An HDF5 file with one data set, made when the capture ends.
+
+    HDF5 does not survive a killed writer, so until then the captures stand beside it in a CSV file, `X.h5.csv`, which
+    is removed only when the HDF5 file is whole.
+    """
 
     def __init__(self, path: Path, provenance: dict):
-        self._path = path
-        with h5py.File(path, "w", libver="v110") as file:
-            data = file.create_dataset(DATASET, (0,), CAPTURE_DTYPE, maxshape=(None,), chunks=(_CHUNK,))
-            for name, unit in UNITS.items():
-                data.attrs[f"unit of {name}"] = unit
-            for key, value in provenance.items():
-                file.attrs[key] = str(value)
+        self._path, self._provenance = path, provenance
+        self._journal_path = path.with_name(path.name + ".csv")
+        self._journal = open_capture_file(self._journal_path, provenance)
 
     def append(self, captures: np.ndarray) -> None:
         """Add captures and put them on the disk. Raises OSError when the disk is full."""
-        with h5py.File(self._path, "r+") as file:
-            data = file[DATASET]
-            before = len(data)
-            data.resize((before + len(captures),))
-            data[before:] = captures
-        # HDF5 has closed it; this waits until it is on the disk.
-        with open(self._path, "rb") as file:
-            os.fsync(file.fileno())
+        self._journal.append(captures)
 
     def close(self) -> None:
-        """Nothing is left to do: the file is closed after every batch."""
+        """Make the HDF5 file out of the CSV file."""
+        self._journal.close()
+        captures, _ = read_capture_file(self._journal_path)
+        with h5py.File(self._path, "w") as file:
+            data = file.create_dataset(DATASET, data=captures)
+            for name, unit in UNITS.items():
+                data.attrs[f"unit of {name}"] = unit
+            for key, value in self._provenance.items():
+                file.attrs[key] = str(value)
+        self._journal_path.unlink()
 
 
 def read_capture_file(path: Path) -> tuple[np.ndarray, dict[str, str]]:

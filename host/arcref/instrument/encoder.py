@@ -71,7 +71,7 @@ class Encoder:
 
     def __init__(self, port: str | None = None, *, baud: int = DEFAULT_BAUD, reconnect_s: float = 0.0):
         self._baud = baud
-        self._reconnect_s = reconnect_s
+        self.reconnect_s = reconnect_s
         self._records: queue.SimpleQueue = queue.SimpleQueue()
         self._open(port)
         self.port = self._link.name
@@ -192,11 +192,16 @@ class Encoder:
 
         return hardware_zero_return(self, **options)
 
+    @property
+    def captures_waiting(self) -> bool:
+        """True while captures that came have not been taken by `stream`."""
+        return not self._records.empty()
+
     def start_captures(self) -> None:
         """Empty what was left over, and let the instrument stream."""
         self.registers.capture_enable = 0
         self.registers.capture_clear = 1
-        while not self._records.empty():
+        while self.captures_waiting:
             self._records.get()
         self.registers.capture_enable = 1
 
@@ -226,10 +231,10 @@ class Encoder:
         """Open the port again when it comes back. Raises `LinkLost` when it does not, or is another instrument."""
         before = self.identity
         self._link.close()
-        deadline = time.monotonic() + self._reconnect_s
+        deadline = time.monotonic() + self.reconnect_s
         while True:
             if time.monotonic() > deadline:
-                raise LinkLost(f"{self.port} went away" + (" and did not come back" if self._reconnect_s else ""))
+                raise LinkLost(f"{self.port} went away" + (" and did not come back" if self.reconnect_s else ""))
             time.sleep(RETRY_S)
             try:
                 self._open(self.port)

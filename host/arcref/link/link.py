@@ -42,8 +42,12 @@ class RequestRefused(InstrumentError):
 class Port(Protocol):
     """What a link needs of a serial port; `serial.Serial` has it. Reads return what came within the port's time-out."""
 
+    @property
+    def in_waiting(self) -> int:
+        """Bytes that have come and were not read."""
+
     def read(self, size: int) -> bytes:
-        """Bytes that came, perhaps none."""
+        """`size` bytes, or those that came within the time-out."""
 
     def write(self, data: bytes) -> int:
         """Send bytes."""
@@ -157,7 +161,7 @@ class Link:
     def _read(self) -> None:
         while not self._closing:
             try:
-                data = self._port.read(4096)
+                data = self._port.read(self._port.in_waiting or 1)  # not more: a read waits until all have come
             except (OSError, TypeError) as error:  # pyserial gives TypeError when another thread closes the port
                 self._lost = error
                 break
