@@ -35,7 +35,7 @@ class LinkModel:
         self.settings = {r.name: r.reset for r in registers.registers if r.access is Access.WRITE}
         self.loading = False
         self._stream = PacketStream()
-        self._last_write: tuple[int, bytes] | None = None
+        self._last_write: tuple[int, Status] | None = None
 
     def feed(self, data: bytes) -> bytes:
         """Take bytes from the host; give the bytes of the answers."""
@@ -44,10 +44,10 @@ class LinkModel:
     def _answer(self, packet: Packet) -> bytes:
         address = int.from_bytes(packet.payload[:2], "little")
         if packet.kind is Kind.READ:
-            self._last_write = None
             count = packet.payload[2]
             if not 1 <= count <= MOST_WORDS:
                 return b""
+            self._last_write = None
             words = self._words(address, count)
             body = bytes([Status.DONE]) + packet.payload[:2] + b"".join(word.to_bytes(2, "little") for word in words)
             return Packet(Kind.READ_ANSWER, packet.number, body).encode()
@@ -57,8 +57,9 @@ class LinkModel:
             raw = packet.payload[2:]
             words = [int.from_bytes(raw[i : i + 2], "little") for i in range(0, len(raw), 2)]
             status = self._write(address, words)
-            self._last_write = packet.number, bytes([status]) + packet.payload[:2]
-        return Packet(Kind.WRITE_ANSWER, packet.number, self._last_write[1]).encode()
+            self._last_write = packet.number, status
+        body = bytes([self._last_write[1]]) + packet.payload[:2]
+        return Packet(Kind.WRITE_ANSWER, packet.number, body).encode()
 
     def _words(self, address: int, count: int) -> list[int]:
         values: dict[str, int] = {}

@@ -22,7 +22,7 @@ from arcref.instrument.identity import Identity, read_identity
 from arcref.instrument.register_access import RegisterAccess
 from arcref.instrument.trial import load_trial
 from arcref.instrument_error import InstrumentError
-from arcref.link.capture_record import CaptureRecord
+from arcref.link.capture_record import CaptureRecord, Gap, Overrun
 from arcref.link.link import LinkLost
 from arcref.link.port_finder import DEFAULT_BAUD, open_link
 from arcref.link.registers import REGISTERS
@@ -146,15 +146,17 @@ class Encoder:
         when `timeout_s` pass without a capture, `LinkLost` when the port went away and did not come back in time.
         """
         self.start_captures()
-        lost = 0
+        lost = total = 0  # lost before the next record; since the FIFO was emptied
         try:
             while True:
                 record = self._next_record(timeout_s)
                 if record is _LOST_PORT:
                     self._reconnect()
+                    lost, total = UNKNOWN_LOSS, 0
+                elif isinstance(record, Overrun):
+                    lost, total = lost_together(lost, (record.total - total) % 2**32), record.total
+                elif isinstance(record, Gap):
                     lost = UNKNOWN_LOSS
-                elif isinstance(record, int):
-                    lost = lost_together(lost, record)
                 else:
                     yield lost, record
                     lost = 0

@@ -41,3 +41,15 @@ class CaptureRecord:
         raw = int.from_bytes(data[6:12], "little", signed=True)
         correction = int.from_bytes(data[12:14], "little", signed=True)
         return cls(int.from_bytes(data[:6], "little"), raw, raw + correction, data[14])
+
+
+@dataclass(frozen=True)
+class Overrun:
+    """Captures were lost: `total` since the FIFO was emptied, modulo 2^32."""
+
+    total: int
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A packet of the stream was lost on the wire: nobody knows what it held."""

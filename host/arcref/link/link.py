@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from arcref.instrument_error import InstrumentError
-from arcref.link.capture_record import CaptureRecord
+from arcref.link.capture_record import CaptureRecord, Gap, Overrun
 from arcref.link.packet import MOST_WORDS, Kind, Packet, Status
 from arcref.link.packet_stream import PacketStream
 
@@ -59,11 +59,11 @@ class Port(Protocol):
 class Link:
     """Requests over one open port. A thread reads the port all the time, so that no record waits in a small buffer.
 
-    `on_record` is called from that thread, with each `CaptureRecord`, or with an int: records lost before the next
-    one, -1 when nobody knows how many. `name` stands in messages. Close it when done.
+    `on_record` is called from that thread with each `CaptureRecord`, `Overrun` and `Gap` of the stream. `name` stands
+    in messages. Close it when done.
     """
 
-    def __init__(self, port: Port, name: str, on_record: Callable[[CaptureRecord | int], None] | None = None):
+    def __init__(self, port: Port, name: str, on_record: Callable[[CaptureRecord | Overrun | Gap], None] | None = None):
         self.name = name
         self._port = port
         self._on_record = on_record or (lambda record: None)
@@ -176,9 +176,9 @@ class Link:
         if packet.kind not in (Kind.CAPTURE, Kind.OVERRUN):
             return  # a request: an echo of our own bytes
         if self._next_record is not None and packet.number != self._next_record:
-            self._on_record(-1)
+            self._on_record(Gap())
         self._next_record = (packet.number + 1) % 256
         if packet.kind is Kind.CAPTURE:
             self._on_record(CaptureRecord.decode(packet.payload))
         else:
-            self._on_record(int.from_bytes(packet.payload, "little"))
+            self._on_record(Overrun(int.from_bytes(packet.payload, "little")))

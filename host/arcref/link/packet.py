@@ -2,16 +2,17 @@
 
 A packet on the wire is the COBS form of its bytes and one zero byte behind it, so a zero always ends a packet and a
 lost or broken byte costs no more than the packet it belongs to. The bytes are: kind, number, payload, and a CRC-16
-over all of them, low byte first. Words and addresses are little-endian.
+over all of them, high byte first, so that a register run over the whole packet ends at 0. Words and addresses are
+little-endian.
 
-| kind          | from | payload                                     |
-|---------------|------|---------------------------------------------|
-| READ          | host | address (2), number of words (1)            |
-| WRITE         | host | address (2), words                          |
-| READ_ANSWER   | FPGA | status (1), address (2), words              |
-| WRITE_ANSWER  | FPGA | status (1), address (2)                     |
-| CAPTURE       | FPGA | one capture record; see `capture_record`    |
-| OVERRUN       | FPGA | captures lost since the last record (4)     |
+| kind          | from | payload                                      |
+|---------------|------|----------------------------------------------|
+| READ          | host | address (2), number of words (1)             |
+| WRITE         | host | address (2), words                           |
+| READ_ANSWER   | FPGA | status (1), address (2), words               |
+| WRITE_ANSWER  | FPGA | status (1), address (2)                      |
+| CAPTURE       | FPGA | one capture record; see `capture_record`     |
+| OVERRUN       | FPGA | captures lost since the FIFO was emptied (4) |
 
 The number of a request is chosen by the host and comes back in its answer. A WRITE with the number of the WRITE
 before it is answered again and not carried out again, so that a host may repeat one whose answer was lost; a READ
@@ -32,6 +33,9 @@ CRC_START = 0xFFFF
 """CRC-16/IBM-3740: polynomial 0x1021, this start, not reflected."""
 
 DELIMITER = b"\0"
+
+MOST_BODY_BYTES = 2 + 3 + 2 * MOST_WORDS + 2
+"""Bytes of the longest packet before COBS: kind, number, status and address, words, CRC."""
 
 
 class Kind(IntEnum):
@@ -70,7 +74,7 @@ class Packet:
     def encode(self) -> bytes:
         """The packet as it goes over the wire, delimiter included."""
         body = bytes([self.kind, self.number]) + self.payload
-        return cobs.encode(body + crc16(body).to_bytes(2, "little")) + DELIMITER
+        return cobs.encode(body + crc16(body).to_bytes(2, "big")) + DELIMITER
 
     @classmethod
     def decode(cls, wire: bytes) -> "Packet":
@@ -79,7 +83,7 @@ class Packet:
             body = cobs.decode(wire)
         except cobs.DecodeError as error:
             raise BrokenPacket(str(error)) from None
-        if len(body) < 4 or crc16(body[:-2]) != int.from_bytes(body[-2:], "little"):
+        if len(body) < 4 or crc16(body[:-2]) != int.from_bytes(body[-2:], "big"):
             raise BrokenPacket(f"{len(body)} bytes whose CRC does not hold")
         try:
             kind = Kind(body[0])

@@ -36,14 +36,14 @@ def _fault_log() -> tuple[Register, ...]:
     registers = []
     for place, (flag, meaning) in enumerate((f, m) for f, m in FLAG_MEANINGS.items() if f & FAULT_FLAGS):
         key, first = fault_key(flag), FAULT_LOG_ADDRESS + FAULT_LOG_STRIDE * place
-        clear = f"since the flag {meaning.name!r} was last cleared"
+        when = f"when the flag {meaning.name!r} last went up"
         registers += [
             Register(
                 f"{key}_first_position",
                 first,
                 POSITION_BITS,
                 Access.READ,
-                f"Raw position at the first one {clear}; 0 while there is none.",
+                f"Raw position {when}.",
                 "counts",
                 signed=True,
             ),
@@ -52,7 +52,7 @@ def _fault_log() -> tuple[Register, ...]:
                 first + 3,
                 POSITION_BITS,
                 Access.READ,
-                f"Time of the first one {clear}.",
+                f"Time {when}.",
                 "sample periods",
             ),
             Register(
@@ -60,7 +60,7 @@ def _fault_log() -> tuple[Register, ...]:
                 first + 6,
                 16,
                 Access.READ,
-                "Sample words with this fault since reset; stays at 65535.",
+                f"Sample words with the cause of {meaning.name!r} since reset; stays at 65535.",
             ),
         ]
     return tuple(registers)
@@ -97,11 +97,11 @@ REGISTERS = RegisterMap(
         ),
         # One instant.
         Register("snapshot_number", 0x0010, 16, Access.READ, "Number of the snapshot; reading it takes a new one."),
+        Register("snapshot_raw", 0x0011, 48, Access.READ, "Raw position of the snapshot.", "counts", signed=True),
+        Register("snapshot_time", 0x0014, 48, Access.READ, "Time of the snapshot, since reset.", "sample periods"),
         Register(
-            "snapshot_position", 0x0011, 48, Access.READ, "Corrected position of the snapshot.", "counts", signed=True
+            "snapshot_position", 0x0017, 48, Access.READ, "Corrected position of the snapshot.", "counts", signed=True
         ),
-        Register("snapshot_raw", 0x0014, 48, Access.READ, "Raw position of the snapshot.", "counts", signed=True),
-        Register("snapshot_time", 0x0017, 48, Access.READ, "Time of the snapshot, since reset.", "sample periods"),
         Register(
             "snapshot_flags",
             0x001A,
@@ -130,6 +130,7 @@ REGISTERS = RegisterMap(
         Register("shortest_edge_spacing", 0x0027, 12, Access.READ, "Shortest spacing of two edges.", "sample periods"),
         Register("packets_refused", 0x0028, 16, Access.READ, "Packets that came broken over the UART, modulo 65536."),
         Register("link_state", 0x0029, 16, Access.READ, "Requests that were obeyed over the UART, modulo 65536."),
+        Register("illegal_steps", 0x002A, 16, Access.READ, "Samples in which A and B both changed; stays at 65535."),
         *_fault_log(),
         # Settings of the count.
         Register(
@@ -156,7 +157,7 @@ REGISTERS = RegisterMap(
                 Field("edge", 2, 2, "Which edge of the pin, or of chip select.", STROBE_EDGES),
             ),
         ),
-        Register("strobe_period", 0x0086, 32, Access.WRITE, "Period of the timer; 0 stops it.", "word clocks"),
+        Register("strobe_period", 0x0086, 32, Access.WRITE, "Period of the timer; 0 and 1 stop it.", "word clocks"),
         Register("strobe_command", 0x0088, 1, Access.COMMAND, "1: one strobe now, when the source is the command."),
         # Compare output.
         Register(
@@ -164,7 +165,7 @@ REGISTERS = RegisterMap(
             0x0090,
             24,
             Access.WRITE,
-            "Counts of corrected position from pulse to pulse; 0 switches the output off.",
+            "Counts of corrected position from pulse to pulse, 64 or more; below that the output is off.",
             "counts",
         ),
         Register("compare_start", 0x0092, 23, Access.WRITE, "Corrected angle that has a pulse.", "counts"),
@@ -172,10 +173,10 @@ REGISTERS = RegisterMap(
         Register("compare_count", 0x0096, 32, Access.READ, "Pulses given since reset."),
         # Captures.
         Register("capture_enable", 0x00A0, 1, Access.WRITE, "1: records are streamed over the UART as they come."),
-        Register("capture_clear", 0x00A1, 1, Access.COMMAND, "1: empties the FIFO."),
+        Register("capture_clear", 0x00A1, 1, Access.COMMAND, "1: empties the FIFO, and its counts start from 0."),
         Register("capture_level", 0x00A2, 16, Access.READ, "Records in the FIFO.", "records"),
-        Register("captures_lost", 0x00A4, 32, Access.READ, "Captures that found the FIFO full, since reset."),
-        Register("captures", 0x00A6, 32, Access.READ, "Captures since reset, lost ones too."),
+        Register("captures_lost", 0x00A4, 32, Access.READ, "Captures that found the FIFO full, since it was emptied."),
+        Register("captures", 0x00A6, 32, Access.READ, "Captures since the FIFO was emptied, lost ones too."),
         # Test generator, where the gateware has one.
         Register("generator_control", 0x00B0, 16, Access.WRITE, "Control of the test generator, see docs."),
         Register(
