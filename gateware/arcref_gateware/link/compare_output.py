@@ -2,7 +2,8 @@
 
 The grid begins at the first passage of the corrected angle past `start` after it was switched on. From then on one
 line below and one above the position are known; passing one of them gives a pulse and moves both by K. A position
-that stays beyond a line gives its pulse at any time, so nothing is lost while the lines are moved.
+that stays beyond a line gives its pulse at any time, so nothing is lost while the lines are moved. One that comes back
+within those ten words, as a shaft at rest on a line does, gives one pulse or none for it.
 """
 
 from amaranth.hdl import Cat, Const, Module, Mux, Signal, signed
@@ -22,7 +23,7 @@ LEAST_PERIOD = 64
 """Smallest K: more counts than the position moves while the lines are moved."""
 
 _SEGMENT = 13
-COMPARE_CLOCKS = pipeline_clocks(GRID_BITS, _SEGMENT) + 3
+COMPARE_CLOCKS = pipeline_clocks(GRID_BITS, _SEGMENT) + 4
 """Clocks from a position to its pulse."""
 
 SETTLE_CLOCKS = 4
@@ -146,8 +147,7 @@ class CompareOutput(wiring.Component):
                     m.next = "OFF"
 
         left = Signal(16)
-        more = Signal()
-        m.d.sync += [more.eq(left > 1), self.pulse.eq(passed | more & (left != 0))]
+        m.d.sync += self.pulse.eq(passed | left[1:].any())
         with m.If(passed):
             m.d.sync += left.eq(self.width)
         with m.Elif(left != 0):

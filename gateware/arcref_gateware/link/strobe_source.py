@@ -71,12 +71,15 @@ class StrobeSource(wiring.Component):
         ]
         with m.If(low == 0):
             m.d.sync += high.eq(high - 1)
-        with m.If(~runs):
-            # Settled for a few clocks before it starts: the register's two words come one after the other.
-            m.d.sync += [low.eq(self.period[:_HALF]), high.eq(self.period[_HALF:]), is_last.eq(0)]
-        with m.Elif(is_last & no_more):
-            m.d.sync += [low.eq(self.period[:_HALF]), high.eq(self.period[_HALF:]), tick.eq(1)]
-            m.d.sync += is_last.eq(self.period[:_HALF] == 1)
+        # The register's two words come one after the other, but a timer that runs reads both at its next turn alone.
+        with m.If(~runs | (is_last & no_more)):
+            m.d.sync += [
+                low.eq(self.period[:_HALF]),
+                high.eq(self.period[_HALF:]),
+                is_last.eq(self.period[:_HALF] == 1),
+                no_more.eq(self.period[_HALF:] == 0),
+                tick.eq(runs),
+            ]
 
         # An edge of chip select is a pulse of one word, as those of the timer and of the command are.
         last_select, selected, other = Signal(), Signal(), Signal()
