@@ -28,6 +28,7 @@ HOST_VERBS = {
     "capture": "arcref.instrument.capture_command:capture",
     "watch": "arcref.instrument.watch_command:watch",
     "registers": "arcref.instrument.registers_command:registers",
+    "compare": "arcref.comparison.compare_command:compare",
 }
 """Verbs of the host: name and `module:function`."""
 
