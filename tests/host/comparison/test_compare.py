@@ -42,12 +42,7 @@ def write_run(folder, name, captures, speed_rps, *, delay_s=3e-6, noise_arcsec=0
     file.append(captures)
     file.close()
     rows = np.mod(reading, 360.0)
-    lines = ["strobe,reading_deg" if strobe is not None else "reading_deg"]
-    lines += (
-        [f"{n},{r:.8f}" for n, r in zip(strobe, rows, strict=True)]
-        if strobe is not None
-        else [f"{r:.8f}" for r in rows]
-    )
+    lines = ["reading_deg", *(f"{row:.8f}" for row in rows)]
     readings_path = folder / f"{name}_dut.csv"
     readings_path.write_text("\n".join(lines) + "\n")
     return capture_path, readings_path
