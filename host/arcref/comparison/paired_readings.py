@@ -22,7 +22,7 @@ class PairedReadings:
 
     `angle_deg`: the reference's corrected angle, 0..360; `speed_rps`: its speed at the strobe, signed;
     `difference_arcsec`: reading of the encoder under test less reference, within half a turn; all float64[n].
-    `provenance`: of both files; `reference_expanded_arcsec`: what the reference states about itself (k=2), None when it does not.
+    `provenance`: of both files; `reference_expanded_arcsec`: what the reference states about itself (k=2), or None.
     """
 
     angle_deg: np.ndarray
