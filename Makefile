@@ -5,23 +5,26 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 BUILD  := build
 RUN    := examples/polygon_before_correction.csv
-ROM    := $(BUILD)/arcref.rom.json
+PUBLISHED_ROM := $(BUILD)/arcref.rom.json
+ROM    ?= $(PUBLISHED_ROM)
 CORE   := $(BUILD)/core.v
 SPEED  ?= 10
 TURNS  ?= 10
 SAMPLES ?= 4
+BOARD  ?= ulx3s
+BOARDS := ulx3s hx8k icebreaker
 READY  := $(VENV)/.ready
 HOST_SOURCES     := $(wildcard host/arcref/*.py)
-GATEWARE_SOURCES := $(wildcard gateware/arcref_gateware/*.py)
+GATEWARE_SOURCES := $(wildcard gateware/arcref_gateware/*.py gateware/arcref_gateware/boards/*.py)
 
 .DEFAULT_GOAL := zero-return
 .DELETE_ON_ERROR:
-.PHONY: help rom zero-return verilog test bench lint clean manual pins
+.PHONY: help rom zero-return verilog bitstream patch flash test bench lint clean manual pins
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 20
 
-rom: $(ROM) ## fit the published polygon run and write the correction ROM image
+rom: $(PUBLISHED_ROM) ## fit the published polygon run and write the correction ROM image
 
 zero-return: $(ROM) ## run the simulated zero-return test (SPEED=10 TURNS=10 SAMPLES=4); also what `make` does
 	@$(BIN)/arcref simulate zero-return --speed $(SPEED) --revolutions $(TURNS) --samples $(SAMPLES) --rom $(ROM) \
@@ -29,10 +32,21 @@ zero-return: $(ROM) ## run the simulated zero-return test (SPEED=10 TURNS=10 SAM
 
 verilog: $(CORE) ## write the core as Verilog, with the ROM inside
 
+bitstream: $(ROM) | $(READY) ## place and route the bitstream of a board (BOARD=ulx3s ROM=your.rom.json)
+	@$(BIN)/arcref build --board $(BOARD) --rom $(ROM)
+
+patch: $(ROM) | $(READY) ## put another ROM into it, in seconds (BOARD=ulx3s ROM=your.rom.json)
+	@$(BIN)/arcref patch --board $(BOARD) --rom $(ROM)
+
+flash: $(ROM) | $(READY) ## write it into the board and verify it (BOARD=ulx3s ROM=your.rom.json)
+	@$(BIN)/arcref flash --board $(BOARD) --rom $(ROM)
+
 test: $(READY) ## run every test
 	@$(BIN)/python -m pytest
 
-bench: $(ROM) ## turn ten times with 1, 2 and 4 samples a word and at the interpolator's limit, and compare speeds
+bench: $(ROM) ## build the three boards and print what they reach; turn ten times at every word size; compare speeds
+	@for board in $(BOARDS); do $(MAKE) --no-print-directory $(BUILD)/$$board/build.json || true; done
+	@$(BIN)/python tests/bench/board_table.py $(BUILD) $(BOARDS)
 	@for samples in 1 2 4; do $(BIN)/arcref simulate zero-return --samples $$samples --rom $(ROM) --curve $(RUN) || exit; done
 	@$(BIN)/arcref simulate zero-return --speed 63.48 --samples 4 --rom $(ROM) --curve $(RUN)
 	@$(BIN)/python tests/bench/compare_speed.py
@@ -45,6 +59,7 @@ clean: ## remove what was built, but keep the installed tools
 
 manual: $(READY) ## write the tables of README.md and docs/ anew from the contract
 	@$(BIN)/python -m arcref_gateware.manual_tables README.md docs/core.md
+	@$(BIN)/python -m arcref_gateware.boards.board_pages docs/boards
 
 pins: ## pin every package again, with hashes, from pyproject.toml (needs pip-compile)
 	pip-compile -q --generate-hashes --strip-extras --allow-unsafe --no-emit-index-url --no-emit-find-links \
@@ -63,9 +78,12 @@ $(READY): pyproject.toml requirements/all.txt
 	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@
 
-$(ROM): $(RUN) $(HOST_SOURCES) | $(READY)
+$(PUBLISHED_ROM): $(RUN) $(HOST_SOURCES) | $(READY)
 	@mkdir -p $(BUILD)
 	@$(BIN)/arcref rom $(RUN) -o $@ --plot $(BUILD)/arcref.rom.svg
+
+$(BUILD)/%/build.json: constraints/%.toml $(ROM) $(GATEWARE_SOURCES) | $(READY)
+	@$(BIN)/arcref build --board $* --rom $(ROM)
 
 $(CORE): $(ROM) $(GATEWARE_SOURCES) | $(READY)
 	@$(BIN)/arcref verilog --samples $(SAMPLES) --rom $(ROM) -o $@

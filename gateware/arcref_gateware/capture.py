@@ -7,25 +7,29 @@ from amaranth.utils import exact_log2
 
 from arcref.angle import POSITION_BITS
 from arcref_gateware.correction import CORRECTION_BITS
-from arcref_gateware.register_stages import delayed, pipeline_clocks, pipelined_add
+from arcref_gateware.position import POSITION_SEGMENTS, segments_of
+from arcref_gateware.register_stages import aligned, delayed, skewed_add
 
-CORRECTED_SEGMENT_BITS = 16
-"""Segment of the last addition, which has no other logic before its carry chain."""
-
-RAW_CLOCKS = pipeline_clocks(POSITION_BITS)
-"""Clocks from a word's position to the raw position at an event in it."""
-
-CORRECTED_CLOCKS = pipeline_clocks(POSITION_BITS, CORRECTED_SEGMENT_BITS)
-"""Clocks from a raw position and its correction to the corrected position."""
+CORRECTED_CLOCKS = len(POSITION_SEGMENTS)
+"""Clocks from segment 0 of a raw position, and its correction, to the corrected position."""
 
 
 def corrected_position(m: Module, raw, complement, active, *, name: str):
-    """`raw` + `complement` + `active`, `CORRECTED_CLOCKS` clocks later: what `Correction` gives, taken off."""
-    return pipelined_add(m, raw, complement, carry_in=active, name=name, segment_bits=CORRECTED_SEGMENT_BITS)
+    """`raw` and `raw` + `complement` + `active`, `CORRECTED_CLOCKS` clocks later: what `Correction` gives, taken off.
+
+    `raw` comes a segment a clock, the results whole.
+    """
+    segments = segments_of(raw)
+    corrected = skewed_add(m, segments, complement, carry_in=active, name=name)
+    whole_raw = aligned(m, segments, name=f"{name}_raw")
+    return (
+        delayed(m, whole_raw, 1, name=f"{name}_raw_out").as_signed(),
+        aligned(m, corrected, name=f"{name}_aligned").as_signed(),
+    )
 
 
 class Capture(wiring.Component):
-    """Makes the record of an event, `RAW_CLOCKS` + `CORRECTED_CLOCKS` clocks after its word's position."""
+    """Makes the record of an event, 1 + `CORRECTED_CLOCKS` clocks after segment 0 of its word's position."""
 
     def __init__(self, samples_per_word: int):
         super().__init__(
@@ -45,15 +49,15 @@ class Capture(wiring.Component):
         )
 
     event: In
-    """1 when the word has an event, with `position`."""
+    """1 when the word has an event, with segment 0 of `position`."""
     sample: In
-    """Number of the event's sample in its word, with `position`."""
+    """Number of the event's sample in its word, with `event`."""
     position: In
-    """Position after the word."""
+    """Position after the word, a segment a clock."""
     way_back: In
-    """Minus the sum of the word's steps after the event, with `position`."""
+    """Minus the sum of the word's steps after the event, with segment 0 of `position`."""
     complement: In
-    """Complement of the event's correction, `RAW_CLOCKS` clocks after `position`; see `Correction`."""
+    """Complement of the event's correction, a clock after `event`; see `Correction`."""
     active: In
     """1 when the word is corrected, with `complement`."""
     words: In
@@ -69,12 +73,12 @@ class Capture(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        raw = pipelined_add(m, self.position, self.way_back, name="raw")
-        whole = RAW_CLOCKS + CORRECTED_CLOCKS
+        at_event = Cat(skewed_add(m, segments_of(self.position), self.way_back, name="at_event"))
+        raw, corrected = corrected_position(m, at_event, self.complement, self.active, name="corrected")
         m.d.comb += [
-            self.corrected.eq(corrected_position(m, raw, self.complement, self.active, name="corrected")),
-            self.raw.eq(delayed(m, raw, CORRECTED_CLOCKS, name="raw_out")),
-            self.valid.eq(delayed(m, self.event, whole, name="valid")),
-            self.time.eq(Cat(delayed(m, self.sample, whole, name="sample"), self.words)),
+            self.raw.eq(raw),
+            self.corrected.eq(corrected),
+            self.valid.eq(delayed(m, self.event, 1 + CORRECTED_CLOCKS, name="valid")),
+            self.time.eq(Cat(delayed(m, self.sample, 1 + CORRECTED_CLOCKS, name="sample"), self.words)),
         ]
         return m

@@ -1,26 +1,40 @@
 """The proof that no count was lost: every index must come at a whole number of turns from the first one."""
 
-from amaranth.hdl import Module, Mux, Signal, signed
+from amaranth.hdl import Cat, Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from arcref.angle import ANGLE_BITS, COUNTS_PER_LINE
-from arcref_gateware.register_stages import delayed, pipelined_add
+from arcref_gateware.register_stages import delayed, pipeline_clocks, pipelined_add
+from arcref_gateware.running_largest import RunningLargest
 
 CLOSURE_BITS = 24
 """Bits of a closure error."""
 
-CLOSURE_CLOCKS = 6
+INDEX_ANGLE_CLOCKS = pipeline_clocks(ANGLE_BITS)
+"""Clocks from a word's angle to the angle at its index."""
+
+ERROR_BITS = COUNTS_PER_LINE.bit_length() + 1
+"""Bits that hold a closure error, which is one grating line at most."""
+
+CLOSURE_CLOCKS = INDEX_ANGLE_CLOCKS + 5
 """Clocks from a word's position to the state after it."""
 
 
 def _near_whole_turn(m: Module, angle, *, name: str):
-    """Register whether a signed angle lies within one grating line of zero."""
-    near = Signal(name=f"{name}_near")
+    """Whether a signed angle lies within one grating line of zero, two clocks later."""
     line_bits = COUNTS_PER_LINE.bit_length() - 1
     low, high = angle[:line_bits], angle[line_bits:]
-    at_upper_end = (high == 1) & (low == 0)
-    m.d.sync += near.eq((high == 0) | high.all() | at_upper_end)
+    none, all_ones, only_lowest, low_zero, near = (
+        Signal(name=f"{name}_{part}") for part in ("none", "all_ones", "only_lowest", "low_zero", "near")
+    )
+    m.d.sync += [
+        none.eq(high == 0),
+        all_ones.eq(high.all()),
+        only_lowest.eq(high == 1),
+        low_zero.eq(low == 0),
+        near.eq(none | all_ones | (only_lowest & low_zero)),
+    ]
     return near
 
 
@@ -43,7 +57,7 @@ class ClosureCheck(wiring.Component):
     index_way_back: In(signed(3))
     """Minus the sum of the word's steps after the index."""
     clear: In(1)
-    """1 starts the search for the largest closure error again."""
+    """1 starts the search for the largest closure error again, from the error whose `closure_fault` is up a clock later."""
     closure_error: Out(signed(CLOSURE_BITS))
     """Closure error at the last index that was checked, in counts."""
     largest_closure_error: Out(signed(CLOSURE_BITS))
@@ -57,22 +71,24 @@ class ClosureCheck(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        # Two clocks: the index's own angle; the word's angle waits for it.
+        # First the index's own angle; the word's angle waits for it.
         at_index = Signal(signed(ANGLE_BITS))
         m.d.comb += at_index.eq(pipelined_add(m, self.angle, self.index_way_back, name="at_index"))
         waited = Signal(signed(ANGLE_BITS))
-        m.d.comb += waited.eq(delayed(m, self.angle, 2, name="angle"))
-        # Third clock: near a whole turn or not.
+        m.d.comb += waited.eq(delayed(m, self.angle, INDEX_ANGLE_CLOCKS, name="angle"))
+        # Two clocks more: near a whole turn or not, zero or not.
         index_near = _near_whole_turn(m, at_index, name="index")
         word_near = _near_whole_turn(m, waited, name="word")
-        word_below = delayed(m, waited[-1], 1, name="word_below")
+        word_below = delayed(m, waited[-1], 2, name="word_below")
+        parts_off = Signal(2)
         index_off = Signal()
-        m.d.sync += index_off.eq(at_index != 0)
-        homed = delayed(m, self.homed, 3, name="homed")
-        index = delayed(m, self.index, 3, name="index")
-        home = delayed(m, self.home, 3, name="home")
+        half = ANGLE_BITS // 2
+        m.d.sync += [parts_off.eq(Cat(at_index[:half].any(), at_index[half:].any())), index_off.eq(parts_off.any())]
+        homed = delayed(m, self.homed, INDEX_ANGLE_CLOCKS + 2, name="homed")
+        index = delayed(m, self.index, INDEX_ANGLE_CLOCKS + 2, name="index")
+        home = delayed(m, self.home, INDEX_ANGLE_CLOCKS + 2, name="home")
 
-        # Fourth clock: what happened in the word.
+        # Third clock from there: what happened in the word.
         inside, enters, leaves, below = Signal(), Signal(), Signal(), Signal()
         index_here, error_here, unexpected, checked_near = Signal(), Signal(), Signal(), Signal()
         checked = index & ~home
@@ -87,7 +103,7 @@ class ClosureCheck(wiring.Component):
             unexpected.eq(checked & ~index_near),
         ]
 
-        # Fifth clock: the faults. A neighbourhood is left where it was entered, or its whole turn was passed.
+        # Fourth clock: the faults. A neighbourhood is left where it was entered, or its whole turn was passed.
         seen, came_from_below = Signal(), Signal()
         takes_error = Signal()
         m.d.sync += [
@@ -97,20 +113,35 @@ class ClosureCheck(wiring.Component):
             self.closure_fault.eq(error_here),
             self.index_fault.eq(unexpected | (leaves & (came_from_below ^ below) & ~seen & ~index_here)),
         ]
-        error = delayed(m, at_index, 3, name="error")
+        # An error is near a whole turn: a few bits hold it.
+        error = delayed(m, at_index[:ERROR_BITS].as_signed(), 4, name="error")
 
-        # Sixth clock: the state after the word.
+        # Fifth clock: the state after the word.
         with m.If(delayed(m, index, 2, name="index_counted")):
             m.d.sync += self.index_count.eq(self.index_count + 1)
+        last_error, largest_error = Signal(signed(ERROR_BITS)), Signal(signed(ERROR_BITS))
         with m.If(takes_error):
-            m.d.sync += self.closure_error.eq(error)
+            m.d.sync += last_error.eq(error)
 
-        size = Signal(range(COUNTS_PER_LINE + 1))
-        largest_size = Signal(range(COUNTS_PER_LINE + 1))
-        sized, sized_error = Signal(), Signal(signed(CLOSURE_BITS))
-        m.d.sync += [size.eq(Mux(error < 0, -error, error)), sized.eq(takes_error), sized_error.eq(error)]
-        with m.If(self.clear):
-            m.d.sync += [largest_size.eq(0), self.largest_closure_error.eq(0)]
-        with m.Elif(sized & (size > largest_size)):
-            m.d.sync += [largest_size.eq(size), self.largest_closure_error.eq(sized_error)]
+        # The size of the error is made while the error waits, so that the largest is known a clock after the last.
+        below = delayed(m, at_index[-1], 1, name="at_index_below")
+        turned, size = Signal(ERROR_BITS - 1), Signal(ERROR_BITS - 1)
+        m.d.sync += [
+            turned.eq(at_index[: ERROR_BITS - 1] ^ at_index[-1].replicate(ERROR_BITS - 1)),
+            size.eq(turned + below),
+        ]
+        m.submodules.search = search = RunningLargest(ERROR_BITS - 1)
+        taken, none = Signal(), Signal()
+        m.d.sync += [taken.eq(search.takes), none.eq(search.none & ~search.takes)]
+        m.d.comb += [
+            search.number.eq(delayed(m, size, 1, name="size")),
+            search.valid.eq(checked_near),
+            search.clear.eq(self.clear),
+            self.closure_error.eq(last_error),
+            self.largest_closure_error.eq(largest_error),
+        ]
+        with m.If(taken):
+            m.d.sync += largest_error.eq(last_error)
+        with m.Elif(none):
+            m.d.sync += largest_error.eq(0)
         return m

@@ -7,11 +7,11 @@ end. A cell of the finer table is 4 counts and a word has 4 steps at most, so a 
 most: the one the word before ended in, whose correction is still held, and one other. One look-up a word serves both.
 """
 
-from amaranth.hdl import Module, Mux, Signal, signed
+from amaranth.hdl import Cat, Const, Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from arcref_gateware.register_stages import delayed
+from arcref_gateware.register_stages import delayed, sum_and_carry
 from arcref_gateware.table_memory import TABLE_CLOCKS, TableMemory
 
 CELL_BITS = 2
@@ -23,7 +23,7 @@ CELL_NUMBER_BITS = 21
 CORRECTION_BITS = 14
 """Bits of a correction in whole counts: (2 x 32767 + 8) >> 4 is 4096."""
 
-CORRECTION_CLOCKS = 1 + TABLE_CLOCKS + 3
+CORRECTION_CLOCKS = 2 + TABLE_CLOCKS + 4
 """Clocks from `angle` to `word_complement`, `event_complement` and `active`."""
 
 
@@ -69,7 +69,7 @@ class Correction(wiring.Component):
     check_address: In
     """What the check reads: 9 low bits for the subdivision table, the 12 above them for the line table."""
     line_word: Out
-    """Word of the line table, for the check: 1 + `TABLE_CLOCKS` clocks after `check_address`."""
+    """Word of the line table, for the check: 2 + `TABLE_CLOCKS` clocks after `check_address`."""
     subdivision_word: Out
     """Word of the subdivision table, for the check, with `line_word`."""
     word_complement: Out
@@ -88,52 +88,69 @@ class Correction(wiring.Component):
         # word that homes finds the correction of the cell it starts from already held.
         cell = Signal(CELL_NUMBER_BITS)
         word_homed = Signal()
-        event = Signal()
         looked_up = Signal()
         last_cell_odd = Signal()
         last_looked_up = Signal()
         m.d.sync += [
             cell.eq(Mux(self.check_enable, self.check_address, Mux(self.homed, self.angle[CELL_BITS:], 0))),
             word_homed.eq(self.homed),
-            event.eq(self.event & ~self.check_enable),
             looked_up.eq(~self.check_enable),
             last_cell_odd.eq(cell[0]),
             last_looked_up.eq(looked_up),
         ]
         # Neighbouring cells differ in their lowest bit.
         next_cell_odd = self.angle[CELL_BITS] & self.homed
+        moves_on = (next_cell_odd ^ cell[0]) | ~looked_up
         moved_on = Signal()
-        m.d.sync += moved_on.eq((next_cell_odd ^ cell[0]) | ~looked_up)
+        event_looked_up = Signal()
+        m.d.sync += [
+            moved_on.eq(moves_on),
+            # One look-up a word: the event's, when the word's end needs none.
+            event_looked_up.eq(self.event & ~self.check_enable & ~moves_on),
+        ]
         event_cell = self.event_angle[CELL_BITS:]
         event_moved_on = event_cell[0] ^ last_cell_odd
 
+        # Second clock: the address, in registers of its own, as the way to many block RAMs is long.
         address = Signal(CELL_NUMBER_BITS)
+        m.d.sync += address.eq(Mux(event_looked_up, event_cell, cell))
         m.d.comb += [
-            address.eq(Mux(event & ~moved_on, event_cell, cell)),
             subdivision_table.address.eq(address[: len(subdivision_table.address)]),
             line_table.address.eq(address[len(subdivision_table.address) :]),
             self.line_word.eq(line_table.data),
             self.subdivision_word.eq(subdivision_table.data),
         ]
 
-        # Then the sum of both tables, rounded to whole counts in two clocks.
-        table_sum = Signal(signed(17))
+        # Then the sum of both tables, rounded to whole counts, in three clocks: sums of the low halves; the carry
+        # into the high halves and the rounding of the low one; the carry from there.
+        line, subdivision = line_table.data, subdivision_table.data
+        low_sum = Signal(9)
+        low_rounded = Signal(5)
+        high_sum = Signal(signed(9))
+        high_line, high_subdivision = (
+            delayed(m, word[8:].as_signed(), 1, name=name)
+            for word, name in ((line, "high_line"), (subdivision, "high_subdivision"))
+        )
         rounded = Signal(signed(CORRECTION_BITS))
         m.d.sync += [
-            table_sum.eq(line_table.data.as_signed() + subdivision_table.data.as_signed()),
-            rounded.eq(table_sum[4:].as_signed() + table_sum[3]),
+            low_sum.eq(sum_and_carry(line[:8], subdivision[:8])),
+            low_rounded.eq(low_sum[4:8] + low_sum[3]),
+            high_sum.eq((Cat(Const(1, 1), high_line).as_signed() + Cat(low_sum[8], high_subdivision).as_signed()) >> 1),
+            rounded.eq(Cat(low_rounded[:4], high_sum + low_rounded[4])),
         ]
-        wait = TABLE_CLOCKS + 2
+        wait = TABLE_CLOCKS + 4
         use_new = delayed(m, moved_on, wait, name="moved_on")
         event_use_new = delayed(m, event_moved_on, wait, name="event_moved_on")
         correct_now = delayed(m, word_homed & looked_up & last_looked_up & self.usable, wait, name="correct_now")
 
         held = Signal(signed(CORRECTION_BITS))
         word_value = Mux(use_new, rounded, held)
+        event_value = Mux(event_use_new, rounded, held)
+        everywhere = correct_now.replicate(CORRECTION_BITS)
         m.d.sync += [
             held.eq(word_value),
-            self.word_complement.eq(Mux(correct_now, ~word_value, 0)),
-            self.event_complement.eq(Mux(correct_now, ~Mux(event_use_new, rounded, held), 0)),
+            self.word_complement.eq(~word_value & everywhere),
+            self.event_complement.eq(~event_value & everywhere),
             self.active.eq(correct_now),
         ]
         return m

@@ -4,12 +4,13 @@ At one sample from edge to edge every count is still seen, but there is no margi
 longer tell. So the limit is reported there, before the first count is lost.
 """
 
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from arcref_gateware.register_stages import delayed
+from arcref_gateware.register_stages import delayed, sum_and_carry
+from arcref_gateware.running_largest import RunningLargest
 
 SPACING_BITS = 12
 """Bits of a spacing; the largest value stands for none."""
@@ -24,6 +25,13 @@ EDGE_SPACING_CLOCKS = 4
 """Clocks from the steps of a word to `at_limit`."""
 
 
+def marked_number(marks, numbers):
+    """The one of `numbers` whose mark is 1; 0 when none is."""
+    pairs = list(zip(marks, numbers, strict=True))
+    width = max(number for _, number in pairs).bit_length()
+    return Cat(Cat(mark for mark, number in pairs if number >> bit & 1).any() for bit in range(width))
+
+
 class EdgeSpacing(wiring.Component):
     """Shortest spacing of two edges of A and B since reset or `clear`.
 
@@ -34,25 +42,23 @@ class EdgeSpacing(wiring.Component):
         self.samples_per_word = samples_per_word
         super().__init__(
             {
-                "forward": In(samples_per_word),
-                "reverse": In(samples_per_word),
-                "illegal": In(samples_per_word),
+                "counted": In(samples_per_word),
+                "edge": In(samples_per_word),
                 "clear": In(1),
-                "shortest": Out(SPACING_BITS, init=(1 << SPACING_BITS) - 1),
+                "shortest": Out(SPACING_BITS),
                 "at_limit": Out(1),
             }
         )
 
-    forward: In
-    """Bit i: sample i counted +1."""
-    reverse: In
-    """Bit i: sample i counted -1."""
-    illegal: In
-    """Bit i: A and B both changed at sample i."""
+    counted: In
+    """Bit i: sample i was counted, up or down."""
+    edge: In
+    """Bit i: sample i was counted, or A and B both changed at it."""
     clear: In
     """1 starts the search for the shortest spacing again."""
     shortest: Out
-    """Shortest spacing seen, in sample periods; 4095 when none below 2048 was. One clock after `at_limit`."""
+    """Shortest spacing seen, in sample periods; 4095 when none below 2048 was. It shows a word's spacing
+    `RunningLargest.CLOCKS` after `at_limit`, and keeps it when `clear` came with that."""
     at_limit: Out
     """1 for each word in which two edges were one sample apart."""
 
@@ -60,71 +66,81 @@ class EdgeSpacing(wiring.Component):
         m = Module()
         samples = self.samples_per_word
         place_bits = exact_log2(samples)
-        counted = self.forward | self.reverse
-        edges = counted | self.illegal
+        edge, counted = self.edge, self.counted
 
-        # First clock: the first and last edge of the word, and the closest pair inside it.
+        # First clock: the first and last edge of the word, and the pairs of neighbouring edges inside it.
+        is_first = [edge[i] & ~edge[:i].any() for i in range(samples)]
+        is_last = [edge[i] & ~edge[i + 1 :].any() for i in range(samples)]
         any_edge = Signal()
         first_counted = Signal()
         first = Signal(range(samples))
         after_last = Signal(range(samples))
-        inner = Signal(range(samples))
-        # `first` and `after_last` mean nothing without an edge; giving them a value then saves their clock enables.
-        m.d.sync += [any_edge.eq(edges.any()), first_counted.eq(0), first.eq(0), after_last.eq(0), inner.eq(0)]
-        for i in reversed(range(samples)):
-            with m.If(edges[i]):
-                m.d.sync += [first.eq(i), first_counted.eq(counted[i])]
-        for i in range(samples):
-            with m.If(edges[i]):
-                m.d.sync += after_last.eq(samples - 1 - i)
-        for gap in reversed(range(1, samples)):
-            pairs = [edges[i - gap] & counted[i] & ~edges[i - gap + 1 : i].any() for i in range(gap, samples)]
-            with m.If(sum(pairs) != 0):
-                m.d.sync += inner.eq(gap)
+        has_pair = Signal(samples)
+        m.d.sync += [
+            any_edge.eq(edge.any()),
+            first_counted.eq(Cat(mark & counted[i] for i, mark in enumerate(is_first)).any()),
+            first.eq(marked_number(is_first, range(samples))),
+            after_last.eq(marked_number(is_last, reversed(range(samples)))),
+        ]
+        for gap in range(1, samples):
+            pairs = [edge[i - gap] & counted[i] & ~edge[i - gap + 1 : i].any() for i in range(gap, samples)]
+            m.d.sync += has_pair[gap].eq(Cat(pairs).any())
 
         # Second clock: words without an edge before this one, and the samples after the last edge.
-        # Its highest bit says that the last edge lies too far back, or that there was none.
-        start = longest_quiet_words(samples)
-        quiet_words = Signal(range(start + 1), init=start)
+        # The count may run over: `in_range` says that the last edge is not too far back, and that there was one.
+        longest = longest_quiet_words(samples)
+        quiet_words = Signal(range(longest), reset_less=True)
+        at_longest = Signal(reset_less=True)
+        in_range = Signal()
         quiet_samples = Signal(place_bits)
-        words_between = Signal.like(quiet_words)
-        neighbours = Signal()
-        near_part = Signal(place_bits + 1)
+        words_between = Signal.like(quiet_words, reset_less=True)
+        neighbours = Signal(reset_less=True)
+        near_part = Signal(place_bits + 1, reset_less=True)
         cross_valid = Signal()
+        m.d.sync += [
+            quiet_words.eq(quiet_words + 1),
+            at_longest.eq(quiet_words == longest - 2),
+            in_range.eq(any_edge | (in_range & ~at_longest)),
+        ]
         with m.If(any_edge):
-            m.d.sync += [quiet_words.eq(0), quiet_samples.eq(after_last)]
-        with m.Elif(~quiet_words[-1]):
-            m.d.sync += quiet_words.eq(quiet_words + 1)
+            m.d.sync += [quiet_words.eq(0), at_longest.eq(0), quiet_samples.eq(after_last)]
         m.d.sync += [
             words_between.eq(quiet_words),
-            neighbours.eq(quiet_words == 0),
+            neighbours.eq(delayed(m, any_edge, 1, name="any_edge")),
             near_part.eq(quiet_samples + first + 1),
-            cross_valid.eq(any_edge & first_counted & ~quiet_words[-1]),
+            cross_valid.eq(any_edge & first_counted & in_range),
         ]
-        inner_2 = delayed(m, inner, 1, name="inner")
+        # The closest pair inside the word.
+        inner_2 = Signal(range(samples))
+        closest = [has_pair[gap] & ~has_pair[:gap].any() for gap in range(samples)]
+        m.d.sync += inner_2.eq(marked_number(closest, range(samples)))
 
         # Third clock: the spacing across words, and whether it is the shorter one. A pair inside a word is closer
         # than any across words with a word between them.
-        cross = Signal(SPACING_BITS)
+        cross = Signal(SPACING_BITS, reset_less=True)
+        far_part = Cat(near_part[place_bits], Const(0, len(words_between) - 1))
         cross_is_shorter = Signal()
         cross_at_limit = Signal()
         m.d.sync += [
-            cross.eq((words_between << place_bits) + near_part),
+            cross.eq(Cat(near_part[:place_bits], sum_and_carry(words_between, far_part))),
             cross_is_shorter.eq(cross_valid & ((inner_2 == 0) | (neighbours & (near_part <= inner_2)))),
             cross_at_limit.eq(cross_valid & neighbours & (near_part == 1)),
         ]
         inner_3 = delayed(m, inner_2, 1, name="inner_2")
 
-        # Fourth clock: the word's shortest spacing.
-        spacing = Signal(SPACING_BITS)
+        # Fourth clock: the word's shortest spacing, turned over, so that the shortest is the largest.
+        turned = Signal(SPACING_BITS, reset_less=True)
         spacing_valid = Signal()
         m.d.sync += [
-            spacing.eq(Mux(cross_is_shorter, cross, inner_3)),
+            turned.eq(~Mux(cross_is_shorter, cross, inner_3)),
             spacing_valid.eq(cross_is_shorter | (inner_3 != 0)),
             self.at_limit.eq(cross_at_limit | (inner_3 == 1)),
         ]
-        with m.If(self.clear):
-            m.d.sync += self.shortest.eq(self.shortest.init)
-        with m.Elif(spacing_valid & (spacing < self.shortest)):
-            m.d.sync += self.shortest.eq(spacing)
+        m.submodules.search = search = RunningLargest(SPACING_BITS)
+        m.d.comb += [
+            search.number.eq(turned),
+            search.valid.eq(spacing_valid),
+            search.clear.eq(self.clear),
+            self.shortest.eq(~search.largest),
+        ]
         return m

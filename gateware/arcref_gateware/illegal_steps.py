@@ -1,10 +1,11 @@
 """Counting illegal steps, and keeping the place of the first one."""
 
-from amaranth.hdl import Module, Mux, Signal, signed
+from amaranth.hdl import Cat, Const, Module, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from arcref.angle import POSITION_BITS
+from arcref_gateware.register_stages import delayed, sum_and_carry
 
 ILLEGAL_COUNT_BITS = 16
 """Bits of the count; it stays at its largest value."""
@@ -13,7 +14,7 @@ ILLEGAL_COUNT_BITS = 16
 class IllegalSteps(wiring.Component):
     """Number of samples in which A and B both changed, `CLOCKS` clocks later."""
 
-    CLOCKS = 3
+    CLOCKS = 4
 
     def __init__(self, samples_per_word: int):
         super().__init__(
@@ -42,14 +43,23 @@ class IllegalSteps(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        in_word = Signal(range(len(self.illegal) + 1))
+        half = ILLEGAL_COUNT_BITS // 2
+        in_word = Signal(half)
         m.d.sync += in_word.eq(sum(self.illegal[i] for i in range(len(self.illegal))))
-        # One bit more than the count says that it ran over, which stops it there.
-        total = Signal(ILLEGAL_COUNT_BITS + 1)
-        with m.If(~total[-1]):
-            m.d.sync += total.eq(total[:-1] + in_word)
-        m.d.sync += self.count.eq(Mux(total[-1], ~0, total[:-1]))
-        kept = Signal()
-        with m.If((self.count != 0) & ~kept):
-            m.d.sync += [kept.eq(1), self.first_position.eq(self.position), self.first_time.eq(self.time)]
+        # The sum runs over and over, in two halves a clock apart; that it ran over once is kept, and stops the count.
+        low = Signal(half + 1)
+        high = Signal(ILLEGAL_COUNT_BITS - half + 1)
+        full = Signal()
+        m.d.sync += [
+            low.eq(sum_and_carry(low[:half], in_word)),
+            high.eq(sum_and_carry(high[:-1], Cat(low[-1], Const(0, len(high) - 2)))),
+            full.eq(full | high[-1]),
+        ]
+        stopped = (full | high[-1]).replicate(ILLEGAL_COUNT_BITS)
+        m.d.sync += self.count.eq(Cat(delayed(m, low[:half], 1, name="low"), high[:-1]) | stopped)
+        # The first word with an illegal step, told with `count`.
+        seen, first = Signal(), Signal()
+        m.d.sync += [seen.eq(seen | (in_word != 0)), first.eq((in_word != 0) & ~seen)]
+        with m.If(delayed(m, first, self.CLOCKS - 2, name="first")):
+            m.d.sync += [self.first_position.eq(self.position), self.first_time.eq(self.time)]
         return m

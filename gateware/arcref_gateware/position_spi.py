@@ -62,13 +62,13 @@ class PositionSpi(wiring.Component):
         selected = ~cs_n
         # A rising edge is acted on a clock late; what it changes is shown only once SCK has fallen again.
         starts, samples, received = Signal(), Signal(), Signal()
-        m.d.sync += [
-            starts.eq(last_cs_n & selected),
-            samples.eq(selected & ~last_cs_n & sck & ~last_sck),
-            received.eq(copi),
-        ]
+        rises = selected & ~last_cs_n & sck & ~last_sck
+        m.d.sync += [starts.eq(last_cs_n & selected), samples.eq(rises), received.eq(copi)]
+        # What only the far end of a frame depends on is another clock behind.
+        late_starts, late_samples, late_received = Signal(), Signal(), Signal()
+        m.d.sync += [late_starts.eq(starts), late_samples.eq(samples), late_received.eq(received)]
         # Late enough for the last bit to have gone through the CRC.
-        ended = delayed(m, ~last_cs_n & cs_n, 3, name="ended")
+        ended = delayed(m, ~last_cs_n & cs_n, 5, name="ended")
 
         # `following` holds the bit that the next low phase of SCK shows, `showing` the one that a high phase keeps.
         following = Signal(SENT_BITS, reset_less=True)
@@ -93,25 +93,31 @@ class PositionSpi(wiring.Component):
         ]
         # SCK leaves eight clocks a bit, so where the frame stands may be known a clock late.
         last_before_crc, in_command, in_rest, complete = Signal(), Signal(), Signal(), Signal()
+        overlong = Signal()
         m.d.sync += [
             last_before_crc.eq(bit == SENT_BITS - 1),
             in_command.eq(bit < COMMAND_BITS),
             in_rest.eq((bit >= COMMAND_BITS) & (bit < SENT_BITS)),
             complete.eq(bit == FRAME_BITS),
+            overlong.eq(bit == FRAME_BITS + 1),
             load_crc.eq(samples & last_before_crc),
         ]
         with m.If(~sck):
             m.d.sync += showing.eq(following[-1])
-        # Followed until chip select falls, so that the first bit is there at once.
-        with m.If(~selected):
-            m.d.sync += following.eq(snapshot)
-        with m.Elif(load_crc):
-            m.d.sync += following.eq(Cat(Const(0, SENT_BITS - len(sent_crc.crc)), sent_crc.crc))
-        with m.Elif(samples):
-            m.d.sync += following.eq(Cat(Const(0, 1), following[:-1]))
+        # Followed until a clock after chip select falls, so that the first bit is there at once. Whether it moves is
+        # decided a clock ahead.
+        moves = Signal(init=1)
+        m.d.sync += moves.eq(cs_n | rises | (samples & last_before_crc))
+        crc_bits = len(sent_crc.crc)
+        shifted = Cat(Const(0, 1), following[:-1])
+        loaded = Mux(load_crc, Cat(Const(0, SENT_BITS - crc_bits), sent_crc.crc), shifted)
+        with m.If(moves):
+            m.d.sync += following.eq(Mux(last_cs_n, snapshot, loaded))
         with m.If(starts):
-            m.d.sync += [frame_counter.eq(frame_counter + 1), bit.eq(0)]
-        with m.Elif(samples & (bit != FRAME_BITS + 1)):
+            m.d.sync += frame_counter.eq(frame_counter + 1)
+        with m.If(late_starts):
+            m.d.sync += bit.eq(0)
+        with m.Elif(late_samples & ~overlong):
             m.d.sync += bit.eq(bit + 1)
 
         # The command: its first two bytes are kept, the five after them must be zero.
@@ -119,22 +125,24 @@ class PositionSpi(wiring.Component):
         command, argument = Signal(8, reset_less=True), Signal(8, reset_less=True)
         rest_is_zero = Signal(reset_less=True)
         m.d.comb += [
-            received_crc.start.eq(starts),
-            received_crc.data.eq(received),
-            received_crc.valid.eq(samples),
+            received_crc.start.eq(late_starts),
+            received_crc.data.eq(late_received),
+            received_crc.valid.eq(late_samples),
         ]
-        with m.If(starts):
+        with m.If(late_starts):
             m.d.sync += rest_is_zero.eq(1)
-        with m.Elif(samples):
+        with m.Elif(late_samples):
             with m.If(in_command):
-                m.d.sync += Cat(argument, command).eq(Cat(received, argument, command))
-            with m.Elif(in_rest & received):
+                m.d.sync += Cat(argument, command).eq(Cat(late_received, argument, command))
+            with m.Elif(in_rest & late_received):
                 m.d.sync += rest_is_zero.eq(0)
         obeyed = Signal()
-        asked = Signal()
+        asked, whole, matches = Signal(), Signal(), Signal()
         m.d.sync += [
-            asked.eq(rest_is_zero & (command == COMMAND_CLEAR_FLAGS)),
-            obeyed.eq(ended & complete & received_crc.match_detected & asked),
+            asked.eq(command == COMMAND_CLEAR_FLAGS),
+            matches.eq(received_crc.match_detected),
+            whole.eq(complete & rest_is_zero & asked & matches),
+            obeyed.eq(ended & whole),
         ]
         with m.If(obeyed):
             m.d.comb += self.clear_flags.eq(argument)

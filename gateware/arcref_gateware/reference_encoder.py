@@ -1,12 +1,7 @@
 """The core: from sample words to a corrected angle, with everything that watches over it.
 
-    clock  1, 2        quadrature: the word, its steps
-           3, 4        partial sums; index and strobe placed in the word
-           5..8        position, a segment a clock
-           7..12       correction: look-up, sum, rounding
-           12..15      position less correction; closure check; spacing, counters and flags wait for it
-
-Every output shows, `LATENCY_CLOCKS` clocks later, the state after the last sample of a word.
+Every output shows, `LATENCY_CLOCKS` clocks later, the state after the last sample of a word. When each stage is ready
+stands in `arcref_gateware.latency`.
 """
 
 from amaranth.hdl import Module, Signal, signed
@@ -16,54 +11,44 @@ from amaranth.utils import exact_log2
 
 from arcref.angle import ANGLE_BITS, POSITION_BITS
 from arcref.correction_rom import CorrectionRom
-from arcref.flags import Flag
-from arcref.rom_identity import identity_words
-from arcref_gateware.capture import CORRECTED_CLOCKS, RAW_CLOCKS, Capture, corrected_position
-from arcref_gateware.closure_check import CLOSURE_BITS, CLOSURE_CLOCKS, ClosureCheck
-from arcref_gateware.correction import CORRECTION_CLOCKS, Correction
-from arcref_gateware.edge_spacing import EDGE_SPACING_CLOCKS, SPACING_BITS, EdgeSpacing
-from arcref_gateware.flag_register import FlagRegister
-from arcref_gateware.illegal_steps import IllegalSteps
+from arcref_gateware.capture import Capture, corrected_position
+from arcref_gateware.closure_check import CLOSURE_BITS
+from arcref_gateware.correction import Correction
+from arcref_gateware.delay_line import DelayLine
+from arcref_gateware.edge_spacing import SPACING_BITS
 from arcref_gateware.index_detector import IndexDetector
-from arcref_gateware.partial_sums import PARTIAL_SUM_CLOCKS, PartialSums, value_at
-from arcref_gateware.position import ANGLE_CLOCKS, POSITION_CLOCKS, PositionAccumulator
+from arcref_gateware.latency import (
+    ADVANCE_READY,
+    ANGLE_READY,
+    CORRECTION_READY,
+    LATENCY_CLOCKS,
+    POSITION_READY,
+    STEPS_READY,
+    WAY_BACK_READY,
+)
+from arcref_gateware.partial_sums import PartialSums, value_at
+from arcref_gateware.position import PositionAccumulator
 from arcref_gateware.position_spi import PositionSpi
-from arcref_gateware.quadrature import DEFAULT_GATE_STATE, QUADRATURE_CLOCKS, Quadrature, check_samples_per_word
+from arcref_gateware.quadrature import DEFAULT_GATE_STATE, Quadrature, check_samples_per_word
 from arcref_gateware.register_stages import delayed
 from arcref_gateware.rom_check import RomCheck
-from arcref_gateware.strobe_delay import (
-    STROBE_CLOCKS,
-    STROBE_DELAY_BITS,
-    STROBE_REFUSED_CLOCKS,
-    StrobeDelay,
-)
+from arcref_gateware.strobe_delay import STROBE_CLOCKS, STROBE_DELAY_BITS, StrobeDelay
+from arcref_gateware.table_contents import placeholder_contents, rom_contents
 from arcref_gateware.time_counter import TimeCounter
-
-SUMS_READY = QUADRATURE_CLOCKS + PARTIAL_SUM_CLOCKS
-ANGLE_READY = SUMS_READY + ANGLE_CLOCKS
-POSITION_READY = SUMS_READY + POSITION_CLOCKS
-CORRECTION_READY = ANGLE_READY + CORRECTION_CLOCKS
-
-LATENCY_CLOCKS = CORRECTION_READY + CORRECTED_CLOCKS
-"""Clocks from a sample word to the outputs that show the state after it, captures among them."""
-
-ROM_VERDICT_WORD = RomCheck.CLOCKS - ANGLE_READY
-"""The word, counted from reset, with which the verdict of the power-up check takes effect."""
-
-FIRST_CORRECTED_WORD = ROM_VERDICT_WORD + 1
-"""The first word that can be corrected: the one before it fetches what the look-ups hold on to."""
+from arcref_gateware.watch import Watch
 
 
 class ReferenceEncoder(wiring.Component):
     """The core of the instrument, pure logic over sample words.
 
-    Parameters: `rom`, the correction; `samples_per_word` (1, 2 or 4); `gate_state`, the (A, B) of the zero mark;
-    `strobe_delay`, the reset value of the delay in sample periods (0..65535). Raises ValueError for others.
+    Parameters: `rom`, the correction, or None for the placeholder contents of a bitstream that gets its ROM later;
+    `samples_per_word` (1, 2 or 4); `gate_state`, the (A, B) of the zero mark; `strobe_delay`, the reset value of the
+    delay in sample periods (0..65535). Raises ValueError for others.
     """
 
     def __init__(
         self,
-        rom: CorrectionRom,
+        rom: CorrectionRom | None,
         samples_per_word: int = 4,
         *,
         gate_state: tuple[int, int] = DEFAULT_GATE_STATE,
@@ -75,6 +60,7 @@ class ReferenceEncoder(wiring.Component):
         if len(gate_state) != 2 or not set(gate_state) <= {0, 1}:
             raise ValueError(f"the gate state is a pair of levels of A and B, not {gate_state!r}")
         self.rom = rom
+        self.contents = placeholder_contents() if rom is None else rom_contents(rom)
         self.samples_per_word = samples_per_word
         self.gate_state = gate_state
         super().__init__(
@@ -141,7 +127,7 @@ class ReferenceEncoder(wiring.Component):
     capture_time: Out
     """The due sample, in sample periods since reset."""
     shortest_edge_spacing: Out
-    """Shortest spacing of two edges of A and B, in sample periods; within `LATENCY_CLOCKS` clocks."""
+    """Shortest spacing of two edges of A and B, in sample periods; 4095 for none."""
     first_illegal_position: Out
     """Raw position after the word of the first illegal step. One clock after `illegal_steps`."""
     first_illegal_time: Out
@@ -158,23 +144,24 @@ class ReferenceEncoder(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         samples = self.samples_per_word
-        sample_bits = exact_log2(samples)
 
         m.submodules.quadrature = quadrature = Quadrature(samples, self.gate_state)
         m.submodules.index_detector = index_detector = IndexDetector(samples)
         m.submodules.partial_sums = sums = PartialSums(samples)
         m.submodules.position = position = PositionAccumulator()
         m.submodules.strobe_delay = strobe = StrobeDelay(samples)
-        m.submodules.correction = correction = Correction(self.rom.line_table, self.rom.subdivision_table)
+        m.submodules.correction = correction = Correction(self.contents.line, self.contents.subdivision)
         m.submodules.capture = capture = Capture(samples)
-        m.submodules.rom_check = rom_check = RomCheck(identity_words(self.rom))
-        m.submodules.closure_check = closure = ClosureCheck()
-        m.submodules.edge_spacing = spacing = EdgeSpacing(samples)
-        m.submodules.illegal_steps = illegal = IllegalSteps(samples)
-        m.submodules.flag_register = flag_register = FlagRegister()
+        m.submodules.rom_check = rom_check = RomCheck(self.contents.identity)
+        m.submodules.watch = watch = Watch(samples)
         m.submodules.time_counter = time = TimeCounter()
         m.submodules.spi = spi = PositionSpi()
 
+        # Steps, index and strobe of a word, and the position after it and at the strobe's due sample.
+        event_way_back = Signal(signed(3))
+        m.d.sync += event_way_back.eq(
+            value_at(sums.way_back, delayed(m, strobe.due_sample, WAY_BACK_READY - STROBE_CLOCKS, name="due_sample"))
+        )
         m.d.comb += [
             quadrature.a.eq(self.a),
             quadrature.b.eq(self.b),
@@ -185,22 +172,20 @@ class ReferenceEncoder(wiring.Component):
             sums.forward.eq(quadrature.forward),
             sums.reverse.eq(quadrature.reverse),
             sums.index_sample.eq(index_detector.index_sample),
-            position.total.eq(sums.total),
-            position.home.eq(index_detector.home),
-            position.home_remainder.eq(sums.index_remainder),
+            sums.home.eq(index_detector.home),
+            position.advance.eq(sums.advance),
+            position.home.eq(delayed(m, index_detector.home, ADVANCE_READY - WAY_BACK_READY, name="home")),
+            position.event_way_back.eq(
+                delayed(m, event_way_back, POSITION_READY - WAY_BACK_READY - 1, name="event_way_back")
+            ),
         ]
-        event_way_back = Signal(signed(3))
-        m.d.sync += event_way_back.eq(value_at(sums.way_back, strobe.due_sample))
-        m.d.comb += position.event_way_back.eq(event_way_back)
 
-        # Correction of the word's end and of the event.
-        event = delayed(m, strobe.due, ANGLE_READY - STROBE_CLOCKS, name="event")
-        homed = delayed(m, index_detector.homed, ANGLE_READY - SUMS_READY, name="homed")
+        # What the tables say of both, and the power-up check of the tables.
         m.d.comb += [
             correction.angle.eq(position.angle),
             correction.event_angle.eq(position.event_angle),
-            correction.event.eq(event),
-            correction.homed.eq(homed),
+            correction.event.eq(delayed(m, strobe.due, ANGLE_READY - STROBE_CLOCKS, name="event")),
+            correction.homed.eq(delayed(m, index_detector.homed, ANGLE_READY - WAY_BACK_READY, name="homed")),
             correction.usable.eq(rom_check.good),
             correction.check_enable.eq(rom_check.busy),
             correction.check_address.eq(rom_check.address),
@@ -208,27 +193,26 @@ class ReferenceEncoder(wiring.Component):
             rom_check.subdivision_word.eq(correction.subdivision_word),
         ]
 
-        raw = delayed(m, position.position, CORRECTION_READY - POSITION_READY, name="raw")
-        m.d.comb += [
-            self.position.eq(
-                corrected_position(m, raw, correction.word_complement, correction.active, name="position")
-            ),
-            self.raw_position.eq(delayed(m, raw, LATENCY_CLOCKS - CORRECTION_READY, name="raw_position")),
-        ]
-
-        # Time of a word, and the record of a strobe's due sample.
-        time_start = LATENCY_CLOCKS - TimeCounter.CLOCKS
-        due_place = Signal(sample_bits)
+        # The positions wait for their corrections.
+        m.submodules.waiting = waiting = DelayLine(POSITION_BITS, CORRECTION_READY - POSITION_READY - 1)
+        raw = delayed(m, waiting.delayed, 1, name="raw")
+        raw_out, corrected = corrected_position(m, raw, correction.word_complement, correction.active, name="position")
+        due_place = Signal(exact_log2(samples))
         for i in range(samples):
             with m.If(strobe.due_sample[i]):
                 m.d.comb += due_place.eq(i)
-        event_ready = CORRECTION_READY - RAW_CLOCKS
+        time_start = LATENCY_CLOCKS - TimeCounter.CLOCKS
         m.d.comb += [
-            time.valid.eq(delayed(m, quadrature.valid, time_start - QUADRATURE_CLOCKS, name="time_valid")),
-            capture.event.eq(delayed(m, strobe.due, event_ready - STROBE_CLOCKS, name="capture_event")),
-            capture.sample.eq(delayed(m, due_place, event_ready - STROBE_CLOCKS, name="due_place")),
-            capture.position.eq(delayed(m, position.position, event_ready - POSITION_READY, name="capture_position")),
-            capture.way_back.eq(delayed(m, event_way_back, event_ready - SUMS_READY - 1, name="event_way_back")),
+            self.raw_position.eq(raw_out),
+            self.position.eq(corrected),
+            time.valid.eq(delayed(m, quadrature.valid, time_start - STEPS_READY, name="time_valid")),
+            capture.event.eq(delayed(m, strobe.due, CORRECTION_READY - 1 - STROBE_CLOCKS, name="capture_event")),
+            capture.sample.eq(delayed(m, due_place, CORRECTION_READY - 1 - STROBE_CLOCKS, name="due_place")),
+            waiting.value.eq(position.position),
+            capture.position.eq(waiting.delayed),
+            capture.way_back.eq(
+                delayed(m, event_way_back, CORRECTION_READY - WAY_BACK_READY - 2, name="capture_way_back")
+            ),
             capture.complement.eq(correction.event_complement),
             capture.active.eq(correction.active),
             capture.words.eq(time.words),
@@ -238,66 +222,30 @@ class ReferenceEncoder(wiring.Component):
             self.capture_time.eq(capture.time),
         ]
 
-        # Watches: each waits until its word is through the correction.
-        closure_start = LATENCY_CLOCKS - CLOSURE_CLOCKS
-        index_way_back = Signal(signed(3))
-        m.d.sync += index_way_back.eq(-sums.index_remainder)
-        word_angle = position.position[:ANGLE_BITS]
         m.d.comb += [
-            closure.angle.eq(delayed(m, word_angle, closure_start - POSITION_READY, name="closure")),
-            closure.homed.eq(delayed(m, index_detector.homed, closure_start - SUMS_READY, name="closure_homed")),
-            closure.index.eq(delayed(m, index_detector.index, closure_start - SUMS_READY, name="closure_index")),
-            closure.home.eq(delayed(m, index_detector.home, closure_start - SUMS_READY, name="closure_home")),
-            closure.index_way_back.eq(
-                delayed(m, index_way_back, closure_start - SUMS_READY - 1, name="index_way_back")
-            ),
-            spacing.forward.eq(quadrature.forward),
-            spacing.reverse.eq(quadrature.reverse),
-            spacing.illegal.eq(quadrature.illegal),
-            spacing.clear.eq(spi.clear_flags[Flag.EDGE_SPACING_LIMIT.bit_length() - 1]),
-            closure.clear.eq(spi.clear_flags[Flag.CLOSURE_ERROR.bit_length() - 1]),
-            self.closure_error.eq(closure.closure_error),
-            self.largest_closure_error.eq(closure.largest_closure_error),
-            self.index_count.eq(closure.index_count),
-            self.shortest_edge_spacing.eq(spacing.shortest),
-            self.homed.eq(delayed(m, homed, LATENCY_CLOCKS - ANGLE_READY, name="homed_out")),
-        ]
-        illegal_start = LATENCY_CLOCKS - IllegalSteps.CLOCKS
-        m.d.comb += [
-            illegal.illegal.eq(delayed(m, quadrature.illegal, illegal_start - QUADRATURE_CLOCKS, name="illegal")),
-            illegal.position.eq(self.raw_position),
-            illegal.time.eq(time.words << sample_bits),
-            self.illegal_steps.eq(illegal.count),
-            self.first_illegal_position.eq(illegal.first_position),
-            self.first_illegal_time.eq(illegal.first_time),
-        ]
-
-        # Flags: every cause meets its word's position a clock before the outputs.
-        cause_ready = LATENCY_CLOCKS - 1
-        any_step = (quadrature.forward | quadrature.reverse).any()
-        reversing = Signal()
-        for i in range(samples):
-            with m.If(quadrature.forward[i] | quadrature.reverse[i]):
-                m.d.comb += reversing.eq(quadrature.reverse[i])
-        direction = Signal()
-        with m.If(any_step):
-            m.d.sync += direction.eq(reversing)
-
-        def cause(flag, value, ready):
-            raised = delayed(m, value, cause_ready - ready, name=f"cause_{flag.name.lower()}")
-            return flag_register.raised[flag.bit_length() - 1].eq(raised)
-
-        m.d.comb += [
-            cause(Flag.LAST_DIRECTION_REVERSE, direction, QUADRATURE_CLOCKS + 1),
-            cause(Flag.CORRECTION_ACTIVE, correction.active, CORRECTION_READY),
-            cause(Flag.EDGE_SPACING_LIMIT, spacing.at_limit, QUADRATURE_CLOCKS + EDGE_SPACING_CLOCKS),
-            cause(Flag.ROM_FAULT, rom_check.fault, ANGLE_READY),
-            cause(Flag.CAPTURE_OVERRUN, strobe.refused, STROBE_REFUSED_CLOCKS),
-            cause(Flag.INDEX_FAULT, closure.index_fault, cause_ready),
-            cause(Flag.CLOSURE_ERROR, closure.closure_fault, cause_ready),
-            cause(Flag.ILLEGAL_STEP, quadrature.illegal.any(), QUADRATURE_CLOCKS),
-            flag_register.clear.eq(spi.clear_flags),
-            self.flags.eq(flag_register.flags),
+            watch.forward.eq(quadrature.forward),
+            watch.reverse.eq(quadrature.reverse),
+            watch.illegal.eq(quadrature.illegal),
+            watch.homed.eq(index_detector.homed),
+            watch.index.eq(index_detector.index),
+            watch.home.eq(index_detector.home),
+            watch.index_way_back.eq(sums.index_way_back),
+            watch.angle.eq(position.angle),
+            watch.correction_active.eq(correction.active),
+            watch.strobe_refused.eq(strobe.refused),
+            watch.rom_fault.eq(rom_check.fault),
+            watch.raw_position.eq(self.raw_position),
+            watch.words.eq(time.words),
+            watch.clear.eq(spi.clear_flags),
+            self.homed.eq(watch.homed_out),
+            self.illegal_steps.eq(watch.illegal_steps),
+            self.closure_error.eq(watch.closure_error),
+            self.largest_closure_error.eq(watch.largest_closure_error),
+            self.index_count.eq(watch.index_count),
+            self.shortest_edge_spacing.eq(watch.shortest_edge_spacing),
+            self.first_illegal_position.eq(watch.first_illegal_position),
+            self.first_illegal_time.eq(watch.first_illegal_time),
+            self.flags.eq(watch.flags),
         ]
 
         m.d.comb += [

@@ -20,7 +20,7 @@ CRC32_START = 0xFFFFFFFF
 CRC32_RESIDUE = 0xDEBB20E3
 """Register of CRC-32 after a message and its own CRC, whatever the message was."""
 
-READ_CLOCKS = 1 + TABLE_CLOCKS
+READ_CLOCKS = 2 + TABLE_CLOCKS
 """Clocks from an address to the words of all tables."""
 
 
@@ -56,8 +56,7 @@ class Crc32(wiring.Component):
         word_part = Signal(32, reset_less=True)
         register = Signal(32, reset_less=True)
         take, restart = delayed(m, self.take, 1, name="take"), delayed(m, self.restart, 1, name="restart")
-        with m.If(self.take):
-            m.d.sync += word_part.eq(crc32_fold(self.word))
+        m.d.sync += word_part.eq(crc32_fold(self.word))
         with m.If(restart):
             m.d.sync += register.eq(CRC32_START)
         with m.Elif(take):
@@ -73,7 +72,7 @@ class RomCheck(wiring.Component):
     register compared with one constant decides both. While `busy` is high, `address` belongs to the check.
     """
 
-    CLOCKS = 1 + IDENTITY_WORDS + 1 + LINES_PER_TURN + SUBDIVISION_ENTRIES + 2 + READ_CLOCKS + Crc32.CLOCKS + 3
+    CLOCKS = 1 + IDENTITY_WORDS + 1 + LINES_PER_TURN + SUBDIVISION_ENTRIES + 2 + READ_CLOCKS + Crc32.CLOCKS + 4
     """Clocks from reset to the first one with `busy` low."""
 
     SMALL_BITS = exact_log2(SUBDIVISION_ENTRIES)
@@ -155,50 +154,63 @@ class RomCheck(wiring.Component):
                 pass
 
         # The identity is read a clock later than the others are, whose address goes through the correction first.
-        m.d.sync += identity.address.eq(place)
-        tags = Cat(takes, source_line, source_subdivision, source_crc, ends_identity, ends_tables, restarts)
-        tags = delayed(m, tags, READ_CLOCKS, name="read")
+        identity_address = delayed(m, place, READ_CLOCKS - TABLE_CLOCKS - 1, name="identity_place")
+        m.d.sync += identity.address.eq(identity_address)
+        from_identity = takes & ~(source_line | source_subdivision | source_crc)
+        sources = [from_identity, source_line, source_subdivision, source_crc]
+        tags = delayed(m, Cat(takes, *sources, ends_identity, ends_tables, restarts), READ_CLOCKS, name="read")
+        take, in_identity, in_line, in_subdivision, in_crc, end_identity, end_tables, restart = tags
         read_place = delayed(m, place, READ_CLOCKS - 1, name="read_place")
-        in_identity = tags[0] & ~tags[1:4].any()
 
         table_crc = Signal(32, reset_less=True)
-        crc_half = Signal()
+        crc_half = Signal(16, reset_less=True)
         magic_good = Signal(init=1)
-        m.d.sync += crc_half.eq(read_place[0])
+        m.d.sync += crc_half.eq(Mux(read_place[0], table_crc[16:], table_crc[:16]))
         for half, crc_word in enumerate(TABLE_CRC_WORDS):
             at_crc = Signal(name=f"at_crc{half}")
             m.d.sync += at_crc.eq(read_place == crc_word)
             with m.If(in_identity & at_crc):
                 m.d.sync += table_crc.word_select(half, 16).eq(identity.data)
-        misfits = 0
+        misfits = []
         for magic_place, magic in zip(MAGIC_WORDS, MAGIC, strict=True):
             at_magic = Signal(name=f"at_magic{magic_place}")
             wrong = Signal(name=f"wrong{magic_place}")
-            m.d.sync += [at_magic.eq(read_place == magic_place), wrong.eq(identity.data != magic)]
-            misfits = misfits | (delayed(m, in_identity & at_magic, 1, name=f"judges{magic_place}") & wrong)
-        m.d.sync += magic_good.eq(magic_good & ~misfits)
+            judges = Signal(name=f"judges{magic_place}")
+            m.d.sync += [
+                at_magic.eq(read_place == magic_place),
+                wrong.eq(identity.data != magic),
+                judges.eq(in_identity & at_magic),
+            ]
+            misfits.append(judges & wrong)
+        m.d.sync += magic_good.eq(magic_good & ~Cat(misfits).any())
 
         word = Signal(16, reset_less=True)
         m.d.sync += word.eq(
-            Mux(tags[1], self.line_word, 0)
-            | Mux(tags[2], self.subdivision_word, 0)
-            | Mux(tags[3], table_crc.word_select(crc_half, 16), 0)
-            | Mux(in_identity, identity.data, 0)
+            (self.line_word & in_line.replicate(16))
+            | (self.subdivision_word & in_subdivision.replicate(16))
+            | (crc_half & in_crc.replicate(16))
+            | (identity.data & in_identity.replicate(16))
         )
         m.submodules.crc = crc = Crc32()
-        take, end_identity, end_tables, restart = (delayed(m, tags[i], 1, name="word") for i in (0, 4, 5, 6))
+        take, end_identity, end_tables, restart = (
+            delayed(m, tag, 1, name="word") for tag in (take, end_identity, end_tables, restart)
+        )
         m.d.comb += [crc.word.eq(word), crc.take.eq(take), crc.restart.eq(restart)]
 
-        # The register is compared a clock after the last word went in.
+        # The register is compared in two clocks after the last word went in.
+        parts_match = Signal(4)
         matches = Signal()
         identity_good = Signal()
-        m.d.sync += matches.eq(crc.register == CRC32_RESIDUE)
-        identity_ended = delayed(m, end_identity, Crc32.CLOCKS, name="identity_ended")
-        tables_ended = delayed(m, end_tables, Crc32.CLOCKS + 1, name="tables_ended")
+        for part in range(4):
+            octet = slice(8 * part, 8 * part + 8)
+            m.d.sync += parts_match[part].eq(crc.register[octet] == (CRC32_RESIDUE >> 8 * part & 0xFF))
+        m.d.sync += matches.eq(parts_match.all())
+        identity_ended = delayed(m, end_identity, Crc32.CLOCKS + 1, name="identity_ended")
+        tables_ended = delayed(m, end_tables, Crc32.CLOCKS + 2, name="tables_ended")
         verdict = identity_good & magic_good & matches
         with m.If(identity_ended):
             m.d.sync += identity_good.eq(matches)
-        m.d.sync += self.fault.eq(0)
+        m.d.sync += self.fault.eq(tables_ended & ~verdict)
         with m.If(tables_ended):
-            m.d.sync += [self.busy.eq(0), self.good.eq(verdict), self.fault.eq(~verdict)]
+            m.d.sync += [self.busy.eq(0), self.good.eq(verdict)]
         return m

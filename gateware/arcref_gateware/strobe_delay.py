@@ -4,7 +4,7 @@ The fine part of the delay, less than a word, moves the strobe's samples; the co
 delays go through a chain of registers, longer ones wait in a queue.
 """
 
-from amaranth.hdl import Cat, Const, Module, Mux, Signal
+from amaranth.hdl import Cat, Const, Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
@@ -17,6 +17,9 @@ STROBE_DELAY_BITS = 16
 
 STROBE_CLOCKS = 4
 """Clocks from a sample word to the due sample in it."""
+
+COARSE_LOW_BITS = 4
+"""Bits of the coarse delay that tell the short ones apart."""
 
 STROBE_REFUSED_CLOCKS = 3
 """Clocks from the word, moved by the fine delay, in which a strobe is refused, to `refused`."""
@@ -59,6 +62,18 @@ class StrobeDelay(wiring.Component):
         fine = self.delay[:fine_bits] if fine_bits else Const(0, 1)
         coarse = self.delay[fine_bits:]
 
+        # The delay is as good as constant: what it selects is decided a clock ahead.
+        chain_words = Signal(LEAST_WAIT_WORDS, reset_less=True)
+        waits_long = Signal(reset_less=True)
+        coarse_low = Signal(COARSE_LOW_BITS, reset_less=True)
+        coarse_high = Signal(reset_less=True)
+        m.d.sync += [
+            coarse_low.eq(coarse[:COARSE_LOW_BITS]),
+            coarse_high.eq(coarse[COARSE_LOW_BITS:].any()),
+            chain_words.eq(Cat(~coarse_high & (coarse_low == words) for words in range(LEAST_WAIT_WORDS))),
+            waits_long.eq(coarse_high | (coarse_low >= LEAST_WAIT_WORDS)),
+        ]
+
         # First clock: the word. Lines count as high before reset, so that a strobe stuck high captures nothing.
         word = Signal(samples, init=~0)
         before = Signal(samples, init=~0)
@@ -70,14 +85,18 @@ class StrobeDelay(wiring.Component):
         last_moved = Signal(init=1)
         first, second = first_rise(moved, last_moved)
         arrived_sample = Signal(samples)
+        waits = Signal()
         crowded = Signal()
-        m.d.sync += [last_moved.eq(moved[-1]), arrived_sample.eq(first), crowded.eq(second)]
+        m.d.sync += [
+            last_moved.eq(moved[-1]),
+            arrived_sample.eq(first),
+            waits.eq(waits_long & first.any()),
+            crowded.eq(second),
+        ]
 
         # Short delays go through the chain, long ones wait in the queue.
         m.submodules.pending = pending = PendingStrobes(samples, STROBE_DELAY_BITS - fine_bits)
-        waits = Signal()
         m.d.comb += [
-            waits.eq(arrived_sample.any() & (coarse >= LEAST_WAIT_WORDS)),
             pending.wait.eq(coarse),
             pending.accept.eq(waits & ~pending.full),
             pending.sample.eq(arrived_sample),
@@ -86,7 +105,7 @@ class StrobeDelay(wiring.Component):
         chain = 0
         for words in reversed(range(LEAST_WAIT_WORDS)):
             stage = Signal(samples, name=f"chain{words}")
-            entering = Mux(coarse == words, arrived_sample, 0)
+            entering = arrived_sample & chain_words[words].replicate(samples)
             m.d.sync += stage.eq(entering | chain | (pending.leaving if words == 0 else 0))
             chain = stage
         m.d.comb += [self.due_sample.eq(chain), self.due.eq(chain.any())]

@@ -8,8 +8,9 @@ import click
 from arcref.atomic_file import write_files
 from arcref.input_error import InputError
 from arcref.rom_image import load_rom
+from arcref_gateware.latency import LATENCY_CLOCKS
 from arcref_gateware.quadrature import SAMPLES_PER_WORD
-from arcref_gateware.reference_encoder import LATENCY_CLOCKS, ReferenceEncoder
+from arcref_gateware.reference_encoder import ReferenceEncoder
 from arcref_gateware.strobe_delay import STROBE_DELAY_BITS
 from arcref_gateware.verilog_export import describe_core, export_verilog
 

@@ -3,9 +3,10 @@
 from amaranth.back import verilog
 
 from arcref_gateware.core_ports import CORE_PORTS, MODULE_NAME
+from arcref_gateware.latency import FIRST_CORRECTED_WORD, LATENCY_CLOCKS
 from arcref_gateware.pending_strobes import PENDING_STROBES
 from arcref_gateware.position_spi import LOWEST_CLOCK_RATIO
-from arcref_gateware.reference_encoder import FIRST_CORRECTED_WORD, LATENCY_CLOCKS, ReferenceEncoder
+from arcref_gateware.reference_encoder import ReferenceEncoder
 from arcref_gateware.toolchain import use_installed_yosys
 
 OBSERVED_PORTS = ("shortest_edge_spacing", "largest_closure_error", "first_illegal_position", "first_illegal_time")

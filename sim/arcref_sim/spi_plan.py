@@ -8,9 +8,9 @@ import numpy as np
 from arcref.position_frame import FRAME_BITS, FRAME_BYTES, FrameError, PositionFrame
 from arcref_gateware.position_spi import LOWEST_CLOCK_RATIO
 
-SNAPSHOT_CLOCKS = 0
+SNAPSHOT_CLOCKS = 1
 """A frame holds what the outputs show after the clock this many behind the first one that sees chip select low:
-two registers bring chip select into the word clock, and the next edge takes the snapshot."""
+two registers bring chip select into the word clock, and the edge after the next takes the snapshot."""
 
 
 class _PlanStructure(ctypes.Structure):

@@ -16,7 +16,8 @@ from arcref import __version__
 from arcref.angle import COUNTS_PER_TURN
 from arcref.correction_rom import CorrectionRom
 from arcref_gateware.golden.core import CoreModel
-from arcref_gateware.reference_encoder import FIRST_CORRECTED_WORD, ReferenceEncoder
+from arcref_gateware.latency import FIRST_CORRECTED_WORD
+from arcref_gateware.reference_encoder import ReferenceEncoder
 from arcref_sim.core_log import Comparison, CoreLog
 from arcref_sim.encoder import EncoderPiece, SyntheticEncoder
 from arcref_sim.graduation import GraduationError

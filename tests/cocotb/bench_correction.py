@@ -7,7 +7,7 @@ from stimulus import hold_steps, lines, mark, random_walk, rest, ride
 
 from arcref.angle import ANGLE_BITS, COUNTS_PER_LINE
 from arcref.flags import Flag
-from arcref_gateware.reference_encoder import FIRST_CORRECTED_WORD
+from arcref_gateware.latency import FIRST_CORRECTED_WORD
 
 
 async def corrected_run(driver: CoreDriver, count, *, z=None) -> np.ndarray:

@@ -11,7 +11,7 @@ from core_under_test import SAMPLES_VARIABLE, bench_rom
 from arcref_gateware.golden.core import CAPTURE, POSITION_CHANGE, STATUS_CHANGE, CoreModel
 from arcref_gateware.golden.signal_changes import A_BIT, B_BIT, STROBE_BIT, Z_BIT, SignalChanges
 from arcref_gateware.golden.steps import steps_of
-from arcref_gateware.reference_encoder import LATENCY_CLOCKS
+from arcref_gateware.latency import LATENCY_CLOCKS
 
 CLOCK_PERIOD_PS = 8000
 
@@ -112,7 +112,7 @@ class CoreDriver:
 
     def words_shown_after(self, time_ps: int) -> list[int]:
         """The words that the outputs show at the two falling edges of the clock that follow an instant."""
-        clock = (time_ps - self._started_ps) // CLOCK_PERIOD_PS + 1
+        clock = (time_ps - self._started_ps) // CLOCK_PERIOD_PS + 2
         return [clock - LATENCY_CLOCKS, clock + 1 - LATENCY_CLOCKS]
 
     def captured(self) -> np.ndarray:

@@ -5,7 +5,8 @@ from amaranth_bench import Bench, as_bits
 
 from arcref_gateware.golden.core import CAPTURE, POSITION_CHANGE, STATUS_CHANGE, CoreOutput
 from arcref_gateware.golden.signal_changes import A_BIT, B_BIT, STROBE_BIT, Z_BIT, SignalChanges
-from arcref_gateware.reference_encoder import LATENCY_CLOCKS, ReferenceEncoder
+from arcref_gateware.latency import LATENCY_CLOCKS
+from arcref_gateware.reference_encoder import ReferenceEncoder
 
 LINES = {"a": A_BIT, "b": B_BIT, "z": Z_BIT, "strobe": STROBE_BIT}
 CONTROLS = ["strobe_delay", "spi_sck", "spi_cs_n", "spi_copi", "rst"]

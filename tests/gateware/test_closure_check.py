@@ -138,7 +138,7 @@ def test_the_largest_error_keeps_its_sign_and_starts_again_after_clear():
     rows = run([HOME] + [(error, error) for error in errors])
     assert rows["largest_closure_error"].tolist() == [0, 5, -9, -9, -9, -9, -9, -9, 2048, 2048]
     words = [HOME, (9, 9), *[(9, None)] * 10, (-3, -3), (-3, None)]
-    rows = run(words, clear=[0] * (CLOSURE_CLOCKS + 4) + [1, 0])
+    rows = run(words, clear=[0] * (CLOSURE_CLOCKS + 2) + [1, 0])
     assert rows["largest_closure_error"].tolist() == [0, 9, 9, 9, 0, 0, 0, 0, 0, 0, 0, 0, -3, -3]
     assert rows["closure_error"][4:12].tolist() == [9] * 8, "the last error stays"
 

@@ -10,10 +10,12 @@ from encoder_lines import GATE_STATE_NUMBER, lines_of_counts, random_walk
 import arcref_gateware.reference_encoder as reference_encoder
 from arcref.correction_rom import CorrectionRom
 from arcref.flags import Flag
+from arcref.rom_identity import identity_words
 from arcref_gateware.golden.core import CoreModel
 from arcref_gateware.golden.signal_changes import SignalChanges
+from arcref_gateware.latency import FIRST_CORRECTED_WORD
 from arcref_gateware.quadrature import SAMPLES_PER_WORD
-from arcref_gateware.reference_encoder import FIRST_CORRECTED_WORD
+from arcref_gateware.table_contents import rom_contents
 
 each_word_size = pytest.mark.parametrize("samples_per_word", SAMPLES_PER_WORD)
 
@@ -93,12 +95,10 @@ def test_the_first_illegal_step_keeps_its_place_and_time(rng):
 
 
 def test_a_rom_that_fails_its_check_raises_its_flag_and_corrects_nothing(monkeypatch, rng):
-    identity_words = reference_encoder.identity_words
-
-    def of_another_rom(_):
-        return identity_words(CorrectionRom(np.zeros(4096, np.int16)))
-
-    monkeypatch.setattr(reference_encoder, "identity_words", of_another_rom)
+    of_another_rom = identity_words(CorrectionRom(np.zeros(4096, np.int16)))
+    monkeypatch.setattr(
+        reference_encoder, "rom_contents", lambda rom: rom_contents(rom)._replace(identity=of_another_rom)
+    )
     core = CoreBench(rom(), 1)
     counts = random_walk(rng, FIRST_CORRECTED_WORD + 200)
     rows, _ = compare(1, lines_of_counts(counts, counts % 8 == 2), core=core, rom_good=False)

@@ -12,7 +12,7 @@ from arcref.correction_rom import CorrectionRom
 from arcref.flags import Flag
 from arcref.position_frame import PositionFrame, encode_clear_flags
 from arcref_gateware.golden.steps import NO_SPACING
-from arcref_gateware.reference_encoder import LATENCY_CLOCKS
+from arcref_gateware.latency import LATENCY_CLOCKS
 
 SAMPLES = 4
 

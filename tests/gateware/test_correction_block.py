@@ -155,7 +155,7 @@ def test_the_check_reads_the_tables_and_nothing_is_corrected_until_the_second_wo
     assert not event[: checked + 1].any()
     assert_corrected(random_rom, position, place, word, event, first=checked + 1)
 
-    late = 1 + TABLE_CLOCKS
+    late = 2 + TABLE_CLOCKS
     rows = random_bench.run(checked + late, check_enable=1, check_address=address)
     assert_rows("line", rows["line_word"][late:], random_rom.line_table.astype(int)[address >> 9] & 0xFFFF)
     subdivision = random_rom.subdivision_table.astype(int)[address & 511] & 0xFFFF

@@ -9,6 +9,7 @@ from amaranth_bench import Bench, as_bits, assert_rows
 from arcref_gateware.edge_spacing import EDGE_SPACING_CLOCKS, EdgeSpacing, longest_quiet_words
 from arcref_gateware.golden.steps import NO_SPACING, EdgeSpacingModel
 from arcref_gateware.quadrature import SAMPLES_PER_WORD
+from arcref_gateware.running_largest import RunningLargest
 
 each_word_size = pytest.mark.parametrize("samples_per_word", SAMPLES_PER_WORD)
 ILLEGAL = 2
@@ -17,16 +18,17 @@ ILLEGAL = 2
 
 @cache
 def bench(samples_per_word: int) -> Bench:
-    return Bench(EdgeSpacing(samples_per_word), ["forward", "reverse", "illegal", "clear"], ["shortest", "at_limit"])
+    return Bench(EdgeSpacing(samples_per_word), ["counted", "edge", "clear"], ["shortest", "at_limit"])
 
 
 def run(samples_per_word, step, clear=0):
     """Shortest spacing after each word, and whether the word was at the limit."""
     step = np.asarray(step).reshape(-1, samples_per_word)
-    clocks = len(step) + EDGE_SPACING_CLOCKS + 1
-    lines = {"forward": as_bits(step == 1), "reverse": as_bits(step == -1), "illegal": as_bits(step == ILLEGAL)}
+    shown = EDGE_SPACING_CLOCKS + RunningLargest.CLOCKS
+    clocks = len(step) + shown
+    lines = {"counted": as_bits(np.abs(step) == 1), "edge": as_bits(step != 0)}
     rows = bench(samples_per_word).run(clocks, **{name: np.append(row, 0) for name, row in lines.items()}, clear=clear)
-    return rows["shortest"][EDGE_SPACING_CLOCKS + 1 :], rows["at_limit"][EDGE_SPACING_CLOCKS:][: len(step)]
+    return rows["shortest"][shown:], rows["at_limit"][EDGE_SPACING_CLOCKS:][: len(step)]
 
 
 def by_hand(samples_per_word, step):

@@ -8,8 +8,8 @@ from encoder_lines import lines_of_counts, random_walk
 from arcref.flags import Flag
 from arcref_gateware.golden.core import CoreModel, CoreOutput
 from arcref_gateware.golden.signal_changes import SignalChanges
+from arcref_gateware.latency import FIRST_CORRECTED_WORD
 from arcref_gateware.quadrature import SAMPLES_PER_WORD
-from arcref_gateware.reference_encoder import FIRST_CORRECTED_WORD
 
 each_word_size = pytest.mark.parametrize("samples_per_word", SAMPLES_PER_WORD)
 

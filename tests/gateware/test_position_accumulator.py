@@ -6,24 +6,38 @@ from amaranth.hdl import Signal
 from amaranth_bench import Bench, assert_rows
 
 import arcref_gateware.register_stages as register_stages
-from arcref_gateware.position import ANGLE_CLOCKS, POSITION_CLOCKS, PositionAccumulator
+from arcref_gateware.position import (
+    ANGLE_CLOCKS,
+    POSITION_CLOCKS,
+    POSITION_SEGMENTS,
+    PositionAccumulator,
+)
 
-INPUTS = ["total", "home", "home_remainder", "event_way_back"]
+INPUTS = ["advance", "home", "event_way_back"]
 OUTPUTS = ["angle", "event_angle", "position"]
+SETTLED = POSITION_CLOCKS + len(POSITION_SEGMENTS)
 
 
-def run(totals, home=0, home_remainder=0, event_way_back=0):
-    totals = np.asarray(totals)
-    clocks = len(totals) + POSITION_CLOCKS
+def straightened(column, first_clock, words):
+    """Positions after each word, from segments that come a clock apart."""
+    position = np.zeros(words, dtype=np.int64)
+    for place, (low, high) in enumerate(POSITION_SEGMENTS):
+        part = column[first_clock + place :][:words] >> low & (1 << high - low) - 1
+        position |= part << low
+    return (position ^ 1 << 47) - (1 << 47)
+
+
+def run(totals, home=0, event_way_back=0):
+    """Position, position at the event, and the angles of both, after each word."""
+    words = len(totals)
     after = np.insert(np.atleast_1d(event_way_back), 0, 0)
     rows = Bench(PositionAccumulator(), INPUTS, OUTPUTS).run(
-        clocks, total=totals, home=home, home_remainder=home_remainder, event_way_back=after
+        words + SETTLED + 1, advance=totals, home=home, event_way_back=after
     )
-    words = slice(0, len(totals))
     return (
-        rows["position"][POSITION_CLOCKS:],
-        rows["angle"][ANGLE_CLOCKS:][words],
-        rows["event_angle"][ANGLE_CLOCKS + 1 :][words],
+        straightened(rows["position"], POSITION_CLOCKS, words),
+        rows["angle"][ANGLE_CLOCKS:][:words],
+        rows["event_angle"][ANGLE_CLOCKS + 1 :][:words],
     )
 
 
@@ -32,7 +46,10 @@ def start_at(monkeypatch):
     """Makes the accumulator start from a position that a simulation would never reach by counting."""
 
     def set_start(position):
-        start = {f"segment{place}": position >> 12 * place & 0xFFF for place in range(4)}
+        start = {
+            f"segment{place}": position >> low & (1 << high - low) - 1
+            for place, (low, high) in enumerate(POSITION_SEGMENTS)
+        }
 
         def signal(*shape, name=None, **options):
             # Only the four registers of the sum; those of the events carry other names.
@@ -46,8 +63,8 @@ def start_at(monkeypatch):
 def assert_position(rows, position, way_back=0):
     got, angle, event_angle = rows
     assert_rows("position", got, position)
-    assert_rows("angle", angle, position & 0xFFFFFF)
-    assert_rows("angle at the event", event_angle, (position + way_back) & 0xFFFFFF)
+    assert_rows("angle", angle, position & (1 << 23) - 1)
+    assert_rows("angle at the event", event_angle, (position + way_back) & (1 << 23) - 1)
 
 
 def test_random_steps_add_up(rng):
@@ -82,11 +99,9 @@ def test_every_segment_boundary_is_crossed_both_ways(boundary, start_at, rng):
     way_back = rng.integers(-3, 4, len(totals))
     position = start + np.cumsum(totals)
     assert np.count_nonzero(np.diff(position >= boundary)) >= 4
-    got, angle, event_angle = run(totals, event_way_back=way_back)
-    settled = slice(POSITION_CLOCKS, None)  # before that the aligning registers still hold their reset value
-    assert_position(
-        (got[settled], angle[settled], event_angle[settled]), position[settled], way_back[settled]
-    )
+    rows = run(totals, event_way_back=way_back)
+    settled = slice(SETTLED, None)  # before that the registers of the event still hold their reset value
+    assert_position([column[settled] for column in rows], position[settled], way_back[settled])
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -94,11 +109,11 @@ def test_the_position_wraps_at_48_bits_and_keeps_its_sign(direction, start_at):
     most = (1 << 47) - 1
     start_at(most - 4 if direction > 0 else -(1 << 47) + 4)
     totals = np.repeat([0, direction], [6, 12])
-    got, _, _ = run(totals)
+    got = run(totals)[0]
     start = most - 4 if direction > 0 else -(1 << 47) + 4
     expected = start + np.cumsum(totals)
     expected = (expected + (1 << 47)) % (1 << 48) - (1 << 47)
-    assert_rows("position", got[POSITION_CLOCKS:], expected[POSITION_CLOCKS:])
+    assert_rows("position", got[SETTLED:], expected[SETTLED:])
 
 
 @pytest.mark.parametrize("home_remainder", range(-3, 4))
@@ -110,8 +125,7 @@ def test_homing_sets_the_zero_on_the_index_and_forgets_what_was_before(before, h
     at = len(totals) - 50
     home = np.arange(len(totals)) == at
     way_back = rng.integers(-3, 4, len(totals))
-    rows = run(totals, home, np.where(home, home_remainder, 0), way_back)
-
     position = np.cumsum(totals)
     position[at:] += home_remainder - position[at]
+    rows = run(np.where(home, home_remainder, totals), home, way_back)
     assert_position(rows, position, way_back)

@@ -5,7 +5,7 @@ import pytest
 
 from arcref.flags import Flag
 from arcref.position_frame import encode_clear_flags
-from arcref_gateware.reference_encoder import FIRST_CORRECTED_WORD
+from arcref_gateware.latency import FIRST_CORRECTED_WORD
 from arcref_sim import faults
 from arcref_sim.core_log import SPI_FRAME
 from arcref_sim.encoder import SyntheticEncoder

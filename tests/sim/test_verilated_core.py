@@ -6,7 +6,7 @@ import pytest
 from arcref.angle import COUNTS_PER_TURN
 from arcref.flags import Flag
 from arcref_gateware.golden.signal_changes import SignalChanges
-from arcref_gateware.reference_encoder import FIRST_CORRECTED_WORD
+from arcref_gateware.latency import FIRST_CORRECTED_WORD
 from arcref_sim import faults
 from arcref_sim.encoder import SyntheticEncoder
 from arcref_sim.graduation import GraduationError

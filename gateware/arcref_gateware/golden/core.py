@@ -10,8 +10,8 @@ from arcref_gateware.golden.closure import ClosureModel, crossings
 from arcref_gateware.golden.signal_changes import STROBE_BIT, Z_BIT, SignalChanges
 from arcref_gateware.golden.steps import EdgeSpacingModel, steps_of
 from arcref_gateware.golden.strobes import StrobeModel
+from arcref_gateware.latency import FIRST_CORRECTED_WORD, ROM_VERDICT_WORD
 from arcref_gateware.quadrature import DEFAULT_GATE_STATE
-from arcref_gateware.reference_encoder import FIRST_CORRECTED_WORD, ROM_VERDICT_WORD
 
 POSITION_CHANGE = np.dtype([("word", "i8"), ("raw_position", "i8"), ("position", "i8")])
 """From `word` on the core shows these positions."""

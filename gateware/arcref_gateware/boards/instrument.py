@@ -1,0 +1,143 @@
+"""The instrument behind the samplers: alignment check, self-test generator, core and LEDs.
+
+All of a board but its pads and clocks, so that it can be simulated whole.
+"""
+
+from amaranth.hdl import Cat, DomainRenamer, Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from arcref.correction_rom import CorrectionRom
+from arcref.flags import FAULT_FLAGS
+from arcref_gateware.boards.alignment_check import AlignmentCheck, AlignmentPattern
+from arcref_gateware.boards.board import SAMPLED_SIGNALS
+from arcref_gateware.reference_encoder import ReferenceEncoder
+
+HEARTBEAT_HZ = 1.0
+"""About how often the heartbeat LED blinks: a power of two of word clocks, so between 0.5 and 1 times a second."""
+
+UNREAD_OUTPUTS = (
+    "raw_position",
+    "illegal_steps",
+    "closure_error",
+    "largest_closure_error",
+    "index_count",
+    "capture_valid",
+    "capture_position",
+    "capture_raw",
+    "capture_time",
+    "shortest_edge_spacing",
+    "first_illegal_position",
+    "first_illegal_time",
+)
+"""Outputs of the core that are read through no pin of a board."""
+
+
+class Instrument(wiring.Component):
+    """Core with everything around it, over sample words.
+
+    `pattern` is what the alignment pad sends, None where no check is needed (one sample a word).
+    `self_test`, a `SelfTest`, puts its generator in place of the samples. Uses the domains of `word_domains`;
+    `hold` must drive the reset of `sync`.
+    """
+
+    def __init__(
+        self,
+        rom: CorrectionRom | None,
+        samples_per_word: int,
+        word_clock_hz: float,
+        *,
+        pattern: AlignmentPattern | None = None,
+        self_test=None,
+        strobe_delay: int = 0,
+    ):
+        self.samples_per_word = samples_per_word
+        self.word_clock_hz = word_clock_hz
+        self.pattern = pattern
+        self.self_test = self_test
+        self.core = ReferenceEncoder(rom, samples_per_word, strobe_delay=strobe_delay)
+        super().__init__(
+            {
+                **{name: In(samples_per_word) for name in SAMPLED_SIGNALS},
+                "alignment": In(samples_per_word),
+                "alignment_drive": Out(1),
+                "hold": Out(1, init=1),
+                "spi_sck": In(1),
+                "spi_cs_n": In(1, init=1),
+                "spi_copi": In(1),
+                "spi_cipo": Out(1),
+                "led_homed": Out(1),
+                "led_fault": Out(1),
+                "led_heartbeat": Out(1),
+            }
+        )
+
+    a: In
+    """Samples of A, bit 0 the oldest."""
+    b: In
+    """Samples of B, bit 0 the oldest."""
+    z: In
+    """Samples of the zero pulse, bit 0 the oldest."""
+    strobe: In
+    """Samples of the strobe, bit 0 the oldest."""
+    alignment: In
+    """Samples of the alignment pad, bit 0 the oldest."""
+    alignment_drive: Out
+    """1 while the alignment pattern must go out."""
+    hold: Out
+    """Reset of the domain `sync`."""
+    spi_sck: In
+    """SPI clock."""
+    spi_cs_n: In
+    """SPI chip select, active low."""
+    spi_copi: In
+    """SPI data from the controller."""
+    spi_cipo: Out
+    """SPI data to the controller."""
+    led_homed: Out
+    """1 once the first zero mark has set the zero."""
+    led_fault: Out
+    """1 while a fault flag is up, or when the alignment check has failed."""
+    led_heartbeat: Out
+    """Blinks as long as the word clock runs, also while the core is held."""
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.core = core = self.core
+        failed = Signal()
+        if self.pattern is None:
+            m.d.word += self.hold.eq(0)
+        else:
+            check = AlignmentCheck(self.samples_per_word, self.pattern)
+            m.submodules.alignment_check = DomainRenamer("word")(check)
+            m.d.comb += [
+                check.word.eq(self.alignment),
+                self.alignment_drive.eq(check.drive),
+                failed.eq(check.failed),
+            ]
+            m.d.word += self.hold.eq(~check.passed)
+
+        source = self
+        if self.self_test is not None:
+            m.submodules.generator = source = self.self_test.generator(self.samples_per_word, self.word_clock_hz)
+        for name in SAMPLED_SIGNALS:
+            m.d.comb += getattr(core, name).eq(getattr(source, name))
+        m.d.comb += [
+            core.spi_sck.eq(self.spi_sck),
+            core.spi_cs_n.eq(self.spi_cs_n),
+            core.spi_copi.eq(self.spi_copi),
+            self.spi_cipo.eq(core.spi_cipo),
+        ]
+        # What no pin shows yet stays in the design, so that its figures are those of the whole core.
+        unread = Cat(getattr(core, name) for name in UNREAD_OUTPUTS)
+        observed = Signal(len(unread), reset_less=True, attrs={"keep": "true"})
+        m.d.sync += observed.eq(unread)
+
+        beat = Signal((int(self.word_clock_hz / HEARTBEAT_HZ)).bit_length())
+        m.d.word += [
+            beat.eq(beat + 1),
+            self.led_heartbeat.eq(beat[-1]),
+            self.led_homed.eq(core.homed),
+            self.led_fault.eq((core.flags & FAULT_FLAGS.value).any() | failed),
+        ]
+        return m

@@ -1,0 +1,60 @@
+"""A wide value that waits for many clocks: registers, or block RAM where registers are scarce and block RAM is not."""
+
+from amaranth.hdl import Const, Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from arcref_gateware.register_stages import delayed
+
+LEAST_MEMORY_CLOCKS = 3
+"""Shortest delay through a memory: it is written, read, and the word registered behind its slow output."""
+
+
+def is_ice40(platform) -> bool:
+    """Whether `platform` builds for an iCE40."""
+    return str(getattr(platform, "device", "")).lower().startswith("ice40")
+
+
+class DelayLine(wiring.Component):
+    """`delayed` is `value`, `clocks` later; 0 for the first clocks after reset."""
+
+    def __init__(self, width: int, clocks: int):
+        self.clocks = clocks
+        super().__init__({"value": In(width), "delayed": Out(width)})
+
+    value: In
+    """What is to wait."""
+    delayed: Out
+    """`value`, `clocks` clocks ago."""
+
+    def elaborate(self, platform):
+        m = Module()
+        if not is_ice40(platform) or self.clocks < LEAST_MEMORY_CLOCKS:
+            m.d.comb += self.delayed.eq(delayed(m, self.value, self.clocks, name="value"))
+            return m
+        ahead = self.clocks - LEAST_MEMORY_CLOCKS + 1
+        address_bits = ahead.bit_length()
+        # It never reads where it writes, so synthesis need not care what would come of that.
+        attributes = {"ram_style": "block", "no_rw_check": 1}
+        memory = Memory(shape=len(self.value), depth=1 << address_bits, init=[], attrs=attributes)
+        m.submodules.memory = memory
+        write, read = memory.write_port(), memory.read_port()
+        # The two go round together; what one writes the other reads `ahead` clocks later.
+        write_address = Signal(address_bits, init=ahead, reset_less=True)
+        read_address = Signal(address_bits, reset_less=True)
+        # The memory still holds what came before a reset.
+        is_new = delayed(m, Const(1, 1), self.clocks - 1, name="is_new")
+        m.d.comb += [
+            write.en.eq(1),
+            write.addr.eq(write_address),
+            write.data.eq(self.value),
+            read.en.eq(1),
+            read.addr.eq(read_address),
+        ]
+        m.d.sync += [
+            write_address.eq(write_address + 1),
+            read_address.eq(read_address + 1),
+            self.delayed.eq(read.data & is_new.replicate(len(self.value))),
+        ]
+        return m
