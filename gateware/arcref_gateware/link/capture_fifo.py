@@ -13,6 +13,7 @@ from amaranth.utils import exact_log2
 from arcref.angle import POSITION_BITS
 from arcref_gateware.correction import CORRECTION_BITS
 from arcref_gateware.link.wide_counter import WIDE_COUNTER_BITS, WideCounter
+from arcref_gateware.memory_attributes import NO_COLLISION
 
 RECORD_BITS = 2 * POSITION_BITS + CORRECTION_BITS + 8 + 1
 """Time, raw position, corrected less raw position, flags, and whether captures were lost before it: 119, which eight
@@ -89,7 +90,7 @@ class CaptureFifo(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         bits = exact_log2(self.depth)
-        m.submodules.memory = memory = Memory(shape=RECORD_BITS, depth=self.depth, init=[])
+        m.submodules.memory = memory = Memory(shape=RECORD_BITS, depth=self.depth, init=[], attrs=NO_COLLISION)
         write, read = memory.write_port(), memory.read_port()
 
         # First clock: the record, and whether there is room. `full` is one record early because this one is on its way.

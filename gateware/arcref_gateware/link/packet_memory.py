@@ -10,6 +10,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from arcref.link.packet import MOST_BODY_BYTES
+from arcref_gateware.memory_attributes import NO_COLLISION
 
 PART_BITS = 6
 """Address bits of a part."""
@@ -45,7 +46,7 @@ class PacketMemory(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.memory = memory = Memory(shape=8, depth=256, init=[])
+        m.submodules.memory = memory = Memory(shape=8, depth=256, init=[], attrs=NO_COLLISION)
         write, read = memory.write_port(), memory.read_port()
         waits = Signal()
         address, data = Signal(PART_BITS + 1), Signal(8)

@@ -30,16 +30,18 @@ class RegisterFile(wiring.Component):
     """One port for each register: inputs of what can be read, outputs of settings and commands, by their names.
 
     A command's output holds the written value for one clock and is 0 otherwise. Besides: the bus, the snapshot's
-    handshake, the recorder's memory and the windows.
+    handshake, the recorder's memory and the windows. `resets` gives settings another reset value than the declaration.
     """
 
-    def __init__(self):
+    def __init__(self, resets: dict[str, int] | None = None):
+        resets = resets or {}
         members = {"bus": In(RegisterBus())}
         for register in live_registers():
             members[register.name] = In(signed(register.width) if register.signed else register.width)
         for register in REGISTERS.registers:
             if register.access is not Access.READ:
-                members[register.name] = Out(register.width, init=register.reset * (register.access is Access.WRITE))
+                reset = resets.get(register.name, register.reset) if register.access is Access.WRITE else 0
+                members[register.name] = Out(register.width, init=reset)
         super().__init__(
             members
             | {

@@ -16,6 +16,7 @@ from arcref.angle import POSITION_BITS
 from arcref.flags import FAULT_FLAGS, FLAG_MEANINGS, Flag
 from arcref.link.register import WORD_BITS, Register
 from arcref.link.registers import FAULT_LOG_STRIDE
+from arcref_gateware.memory_attributes import NO_COLLISION
 
 SNAPSHOT_PLACE = 48
 FAULT_WORDS = 2 * POSITION_BITS // WORD_BITS
@@ -61,7 +62,7 @@ class StatusRecorder(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.memory = memory = Memory(shape=WORD_BITS, depth=256, init=[])
+        m.submodules.memory = memory = Memory(shape=WORD_BITS, depth=256, init=[], attrs=NO_COLLISION)
         write, read = memory.write_port(), memory.read_port()
         m.d.comb += [read.en.eq(1), read.addr.eq(self.address)]
         m.d.sync += self.word.eq(read.data)
