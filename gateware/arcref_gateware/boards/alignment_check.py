@@ -96,27 +96,26 @@ class AlignmentCheck(wiring.Component):
             m.d.sync += [words_since.eq(1), place_before.eq(place)]
         with m.Elif(~words_since.all()):
             m.d.sync += words_since.eq(words_since + 1)
-        ended, was_torn = Signal(2, reset_less=True), Signal(2, reset_less=True)
         run_words = Signal(WORDS_BITS, reset_less=True)
         run_places = Signal(signed(exact_log2(samples) + 1), reset_less=True)
-        length = Signal(signed(WORDS_BITS + exact_log2(samples) + 2), reset_less=True)
+        length = Signal(WORDS_BITS + exact_log2(samples) + 1, reset_less=True)  # 1 and more
+        low_right = Signal(reset_less=True)
+        high_right = Signal(reset_less=True)
         m.d.sync += [
             run_words.eq(words_since),
             run_places.eq(place - place_before),
             length.eq(run_words * samples + run_places),
-            ended.eq(Cat(change, ended)),
-            was_torn.eq(Cat(torn, was_torn)),
         ]
+        for right_length, (shortest, longest) in zip((low_right, high_right), self.limits, strict=True):
+            m.d.sync += right_length.eq(length.matches(*range(shortest, longest + 1)))
+        level = delayed(m, last, 5, name="level")  # of the run that ends: the last sample before the word of its end
+        ended = delayed(m, change, 3, name="ended")
+        was_torn = delayed(m, torn, 3, name="was_torn")
         wrong = Signal(reset_less=True)
         right = Signal(reset_less=True)
-        level = delayed(m, last, 4, name="level")  # of the run that ends: the last sample before the word of its end
-        low, high = ((length >= shortest) & (length <= longest) for shortest, longest in self.limits)
-        in_limits = Mux(level, high, low)
-        m.d.sync += [
-            wrong.eq(was_torn[-1] | (ended[-1] & ~in_limits)),
-            right.eq(ended[-1] & ~was_torn[-1] & in_limits),
-        ]
-        good_places = delayed(m, places, 4, name="places")
+        in_limits = Mux(level, high_right, low_right)
+        m.d.sync += [wrong.eq(was_torn | (ended & ~in_limits)), right.eq(ended & ~was_torn & in_limits)]
+        good_places = delayed(m, places, 5, name="places")
 
         # The verdict. The run that is under way when the judging begins is whole: the pattern has run for a while.
         words = Signal(self.time_limit_words.bit_length() + 1)

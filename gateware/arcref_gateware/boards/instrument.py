@@ -133,9 +133,15 @@ class Instrument(wiring.Component):
         observed = Signal(len(unread), reset_less=True, attrs={"keep": "true"})
         m.d.sync += observed.eq(unread)
 
-        beat = Signal((int(self.word_clock_hz / HEARTBEAT_HZ)).bit_length())
+        # The counter of the heartbeat in two halves, so that its carry chain does not limit the word clock.
+        beat_bits = int(self.word_clock_hz / HEARTBEAT_HZ).bit_length()
+        words = Signal(beat_bits // 2)
+        beat = Signal(beat_bits - len(words))
+        carry = Signal()
         m.d.word += [
-            beat.eq(beat + 1),
+            words.eq(words + 1),
+            carry.eq(words.all()),
+            beat.eq(beat + carry),
             self.led_heartbeat.eq(beat[-1]),
             self.led_homed.eq(core.homed),
             self.led_fault.eq((core.flags & FAULT_FLAGS.value).any() | failed),

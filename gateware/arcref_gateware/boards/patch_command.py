@@ -44,6 +44,8 @@ def patch(bitstream, board, rom_path, output, build_folder):
     name. The build record goes with it.
     """
     rom = load_rom(rom_path)
+    if board is not None and board.endswith(".toml"):
+        board = Path(board).stem  # the name that `arcref build` gives a board of one's own
     if bitstream is None:
         if board is None:
             raise InputError("name the bitstream, or the board with --board")

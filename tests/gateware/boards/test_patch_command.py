@@ -65,6 +65,11 @@ def test_the_result_may_go_elsewhere_with_its_record(built, board, arcref, tmp_p
     assert other.read_bytes() == built.read_bytes()
 
 
+def test_a_board_may_be_named_by_its_file(built, board, arcref):
+    assert arcref("patch", "--board", f"some/folder/{board}.toml", "--rom", "new.rom.json").exit_code == 0
+    assert read_built(built).rom_crc32 == load_rom("new.rom.json").crc32
+
+
 def refused(arcref, built, *arguments, complaint):
     """The command refuses in one line, and nothing has changed."""
     before = snapshot(built.parents[2])
