@@ -29,7 +29,7 @@ class LiveStrobes:
         self._next = sample + self._distance() if rate_hz else None
 
     def burst(self, sample: int, number: int, spacing: int) -> None:
-        """`number` strobes, `spacing` samples apart, the first one at `sample`. Raises ValueError if they would meet."""
+        """`number` strobes, `spacing` samples apart, the first at `sample`. Raises ValueError if they would meet."""
         if number < 1 or spacing < 2 * self._pulse:
             raise ValueError(f"a burst needs 1 strobe or more, {2 * self._pulse} samples or more apart")
         self._burst += [sample + n * spacing for n in range(number)]
