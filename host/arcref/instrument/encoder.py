@@ -189,7 +189,11 @@ class Encoder:
         load_trial(self.registers, rom, progress)
 
     def zero_return(self, **options):
-        """The zero-return test with the motor, or the on-board generator; see `hardware_zero_return`."""
+        """The zero-return test, with the shaft turned by hand or motor, or by the on-board generator.
+
+        Options and errors of `arcref.instrument.hardware_zero_return`; gives a `ZeroReturnResult`, and
+        `result.passed` is the verdict.
+        """
         from arcref.instrument.hardware_zero_return import hardware_zero_return
 
         return hardware_zero_return(self, **options)

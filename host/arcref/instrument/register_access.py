@@ -1,5 +1,7 @@
 """The registers as attributes: `registers.strobe_delay`, `registers.strobe_delay = 4000`."""
 
+from collections.abc import Sequence
+
 from arcref.input_error import InputError
 from arcref.link.link import Link
 from arcref.link.packet import MOST_WORDS
@@ -43,6 +45,17 @@ class RegisterAccess:
         except ValueError as error:
             raise InputError(str(error)) from None
         self._link.write_words(register.address, words, f"write of {name}")
+
+    def read_together(self, names: Sequence[str]) -> dict[str, int]:
+        """The values of registers that stand near one another, by one request, one right after the other."""
+        registers = [find_register(name) for name in names]
+        first = min(register.address for register in registers)
+        end = max(register.addresses[-1] for register in registers) + 1
+        words = self._link.read_words(first, end - first, f"read of {', '.join(names)}")
+        return {
+            register.name: register.decode(words[register.address - first :][: register.words])
+            for register in registers
+        }
 
     def read_window(self, name: str) -> list[int]:
         """All words of a memory window."""

@@ -16,14 +16,16 @@ def figures(result: ZeroReturnResult) -> list[tuple[str, str]]:
     drift = result.zero_drift_counts
     parts = result.instrument
     largest = 0 if parts is None else parts.largest_closure_error_counts
-    seen = len(result.index_passes) if parts is None else result.passes_as_expected
-    further = "" if parts is None else _further_text(len(result.index_passes) - seen + parts.further_marks)
+    seen, further = len(result.index_passes), 0
+    if parts is not None:
+        expected = len(result.expected_passes) - len(result.missing_passes)
+        seen, further = expected, seen - expected + parts.further_marks
     return [
         ("speed", _speed_text(result)),
         ("samples", f"{result.sample_rate_hz / 1e6:g} M samples/s, {result.samples_per_count:.2f} to a count"),
         ("turns", f"{result.revolutions} forward, {result.revolutions} reverse, {result.counts:,} counts"),
         ("counts per turn", " .. ".join(f"{turn:,}" for turn in turns[:1] + turns[1:][-1:]) or "no whole turn"),
-        ("zero marks seen", f"{seen} of {len(result.expected_passes)}{further}"),
+        ("zero marks seen", f"{seen} of {len(result.expected_passes)}{_further_text(further)}"),
         ("closure error, each", closure_text(result.closure_errors_counts, largest)),
         ("zero drift", "the zero mark did not come back" if drift is None else f"{drift} counts"),
         ("counts lost", _lost_text(result)),
@@ -45,7 +47,7 @@ def _speed_text(result: ZeroReturnResult) -> str:
 
 
 def _further_text(number: int) -> str:
-    return f", and {number} more as the shaft went to and fro" if number else ""
+    return f", and {number} more beside them" if number else ""
 
 
 def _lost_text(result: ZeroReturnResult) -> str:
@@ -92,5 +94,4 @@ def _work_done(result: ZeroReturnResult) -> tuple[str, str]:
         text = f"{result.counts_per_s / 1e6:.2f} M counts/s, {result.samples_per_s / 1e6:.1f} M samples/s"
         return "simulated", text
     parts = result.instrument
-    text = f"{parts.readings} readings in {parts.duration_s:.1f} s, {parts.readings_per_s:.1f} a second"
-    return "measured", f"{text}, driven by {parts.driven_by}"
+    return "measured", f"{parts.readings} readings in {parts.duration_s:.1f} s, {parts.readings_per_s:.1f} a second"

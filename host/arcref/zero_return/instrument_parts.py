@@ -15,9 +15,10 @@ NOT_CHECKED = {
 
 @dataclass(frozen=True)
 class FaultRecord:
-    """One fault flag that went up: in how many words its cause was met, and where and when it went up first."""
+    """One fault flag that went up: in how many words its cause was met, where and when it went up first, what to do."""
 
     name: str
+    action: str
     words: int
     position_counts: int
     time_s: float

@@ -47,6 +47,8 @@ def print_result(result: ZeroReturnResult, page: Path | None) -> None:
     for check in result.checks:
         if not check.passed:
             console.print(Text(f"FAILED: {check.sentence} ({check.found})", "red"), soft_wrap=True)
+    for fault in result.instrument.faults if result.instrument else ():
+        console.print(Text(f"{fault.name}: {fault.action}"), soft_wrap=True)
     if page:
         console.print(Text(f"page: {page}"), soft_wrap=True)
     console.print("PASS" if result.passed else "FAIL", style="bold green" if result.passed else "bold red")

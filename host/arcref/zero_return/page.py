@@ -29,6 +29,7 @@ def zero_return_page(result: ZeroReturnResult) -> str:
         waveform_svg=waveform_plot(result) if simulated else None,
         way_svg=None if simulated else way_plot(result),
         not_checked=None if simulated else NOT_CHECKED,
+        first_homes=simulated or any(index.homes for index in result.index_passes),
         closure_of=_closure_text,
         place_of=_place_text,
         origin=_simulation_origin(result) if simulated else _instrument_origin(result),

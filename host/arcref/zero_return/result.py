@@ -80,13 +80,16 @@ class ZeroReturnResult:
         return [(turn, 1) for turn in turns] + [(turn, -1) for turn in reversed(turns)]
 
     @property
-    def passes_as_expected(self) -> int:
-        """Zero marks that came in the order in which they must."""
-        expected = self.expected_passes
-        place = 0
-        for index in self.index_passes:
-            place += place < len(expected) and (index.turn, index.direction) == expected[place]
-        return place
+    def missing_passes(self) -> list[tuple[int, int]]:
+        """Those of them that did not come, or not in their order; marks that came besides do no harm."""
+        seen = [(index.turn, index.direction) for index in self.index_passes]
+        missing, place = [], 0
+        for expected in self.expected_passes:
+            try:
+                place = seen.index(expected, place) + 1
+            except ValueError:
+                missing.append(expected)
+        return missing
 
     @property
     def closure_errors_counts(self) -> list[int | None]:
@@ -159,15 +162,16 @@ class ZeroReturnResult:
         came_back = any(index.direction < 0 and index.turn == self.first_turn for index in self.index_passes)
         if self.instrument is None:
             seen = [(index.turn, index.direction) for index in self.index_passes]
-            number, all_seen, largest = len(seen), seen == expected, 0
+            found, all_seen, largest = f"{len(seen)} of {len(expected)}", seen == expected, 0
         else:
             # A hand or a motor may go to and fro over a mark, or past the last one: more marks than these are no fault.
-            number = self.passes_as_expected
-            all_seen, largest = number == len(expected), self.instrument.largest_closure_error_counts
+            missing = self.missing_passes
+            found = f"{len(expected) - len(missing)} of {len(expected)}{_missing_text(missing)}"
+            all_seen, largest = not missing, self.instrument.largest_closure_error_counts
         closed = bool(closure) and not any(error != 0 for error in closure) and largest == 0
         drift_text = "not back" if not came_back else "not read" if drift is None else f"{drift} counts"
         return [
-            Check("every zero mark was seen", f"{number} of {len(expected)}", all_seen),
+            Check("every zero mark was seen", found, all_seen),
             Check("every closure error is 0", closure_text(closure, largest), closed),
             Check("zero drift is 0", drift_text, drift == 0),
         ]
@@ -233,6 +237,11 @@ class ZeroReturnResult:
             "samples_per_s": self.samples_per_s,
             "provenance": self.provenance,
         } | ({} if self.instrument is None else {"instrument": self.instrument.to_json()})
+
+
+def _missing_text(missing: list[tuple[int, int]]) -> str:
+    shown = ", ".join(f"turn {turn} {'forward' if direction > 0 else 'reverse'}" for turn, direction in missing[:6])
+    return f"; missing: {shown}{' ...' if len(missing) > 6 else ''}" if missing else ""
 
 
 def closure_text(errors: list[int | None], largest: int = 0) -> str:
