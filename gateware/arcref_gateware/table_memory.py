@@ -67,15 +67,15 @@ class TableMemory(wiring.Component):
             m.submodules.memory = memory = Memory(
                 shape=WORD_BITS, depth=len(self.words), init=self.words, attrs=NO_COLLISION
             )
-            port, write = memory.read_port(), memory.write_port()
+            port, write = memory.read_port(domain="comb"), memory.write_port()
+            word = Signal(WORD_BITS, reset_less=True)
             m.d.comb += [
-                port.en.eq(1),
                 port.addr.eq(self.address),
                 write.en.eq(self.write),
                 write.addr.eq(self.address),
                 write.data.eq(self.write_data),
             ]
-            m.d.sync += self.data.eq(port.data)
+            m.d.sync += [word.eq(port.data), self.data.eq(word)]
         return m
 
     def _place_block_rams(self, m: Module) -> None:

@@ -91,7 +91,7 @@ class CaptureFifo(wiring.Component):
         m = Module()
         bits = exact_log2(self.depth)
         m.submodules.memory = memory = Memory(shape=RECORD_BITS, depth=self.depth, init=[], attrs=NO_COLLISION)
-        write, read = memory.write_port(), memory.read_port()
+        write, read = memory.write_port(), memory.read_port(domain="comb")
 
         # First clock: the record, and whether there is room. `full` is one record early because this one is on its way.
         level = Signal(range(self.depth + 1))
@@ -150,8 +150,9 @@ class CaptureFifo(wiring.Component):
         # The oldest record: address, memory, its register.
         shown = Signal(RECORD_BITS, reset_less=True)
         fetch = Signal(3)
-        m.d.comb += [read.en.eq(1), read.addr.eq(tail), self.ready.eq(fetch[2])]
-        m.d.sync += shown.eq(read.data)
+        m.d.comb += [read.addr.eq(tail), self.ready.eq(fetch[2])]
+        fetched = Signal(RECORD_BITS, reset_less=True)
+        m.d.sync += [fetched.eq(read.data), shown.eq(fetched)]
         with m.If(removes | (level == 0)):
             m.d.sync += fetch.eq(0)
         with m.Else():

@@ -47,18 +47,18 @@ class PacketMemory(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         m.submodules.memory = memory = Memory(shape=8, depth=256, init=[], attrs=NO_COLLISION)
-        write, read = memory.write_port(), memory.read_port()
+        write, read = memory.write_port(), memory.read_port(domain="comb")
+        word = Signal(8, reset_less=True)
         waits = Signal()
         address, data = Signal(PART_BITS + 1), Signal(8)
         write_address, write_data, write_enable = Signal(PART_BITS + 2), Signal(8), Signal()
         m.d.comb += [
-            read.en.eq(1),
             read.addr.eq(self.read_address),
             write.addr.eq(write_address),
             write.data.eq(write_data),
             write.en.eq(write_enable),
         ]
-        m.d.sync += [self.read_data.eq(read.data), write_enable.eq(self.send_valid | waits)]
+        m.d.sync += [word.eq(read.data), self.read_data.eq(word), write_enable.eq(self.send_valid | waits)]
         with m.If(self.send_valid):
             m.d.sync += [write_address.eq(self.send_address | SENT_PART << PART_BITS), write_data.eq(self.send_data)]
         with m.Else():

@@ -1,24 +1,31 @@
 """The register file, made from the declaration in `arcref.link.registers`.
 
-A word goes through four clocks: the address is decoded to one group of sixteen words, each group picks its word, the
-groups are joined, the answer is given. Registers that a snapshot or a fault log holds come from `StatusRecorder`'s
-memory, windows from memories elsewhere.
+An address goes through a clock each to its group of sixteen words, to the word in every group, to the one of its
+group, and to the answer, so that no clock has long to think. Registers that a snapshot or a fault log holds come from
+`StatusRecorder`'s memory, windows from memories elsewhere.
 """
 
 from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
 
 from arcref.link.packet import Status
 from arcref.link.register import UNKNOWN_WORD, WORD_BITS, Access, Register
 from arcref.link.registers import REGISTERS
 from arcref_gateware.link.register_bus import STATUS_BITS, RegisterBus, Request
 from arcref_gateware.link.status_recorder import is_recorded
+from arcref_gateware.register_stages import delayed
 
-ANSWER_CLOCKS = 6
+ANSWER_CLOCKS = 7
 """Clocks from `valid` to `done`, unless a snapshot is taken."""
 
 GROUP_BITS = 4
+
+UNKNOWN, READ_ONLY, INSIDE, BEGINS = range(4)
+"""Kinds of a word for a write: no register, one that is only read, a later word of a register, its first word."""
+
+FACT_BITS = 1 + 2 + 2 + WORD_BITS
 
 
 def live_registers() -> list[Register]:
@@ -35,6 +42,7 @@ class RegisterFile(wiring.Component):
 
     def __init__(self, resets: dict[str, int] | None = None):
         resets = resets or {}
+        self.held = Signal(WORD_BITS)
         members = {"bus": In(RegisterBus())}
         for register in live_registers():
             members[register.name] = In(signed(register.width) if register.signed else register.width)
@@ -66,11 +74,11 @@ class RegisterFile(wiring.Component):
     recorded_address: Out
     """Word of the recorder's memory that is wanted."""
     recorded_word: In
-    """The word, two clocks later."""
+    """The word, two to four clocks later."""
     window_address: Out
     """Word of a window, counted from its beginning."""
     identity_word: In
-    """Word of the identity memory, `ANSWER_CLOCKS` - 2 clocks after its address."""
+    """Word of the identity memory, four clocks after its address."""
     loading: In
     """1 while trial tables are loaded: the windows may be written."""
     window_write: Out
@@ -81,9 +89,21 @@ class RegisterFile(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         bus = self.bus
+        is_read, is_write = Signal(), Signal()
+        m.d.sync += [is_read.eq(bus.request == Request.READ), is_write.eq(bus.request == Request.WRITE)]
+
+        # First clock: the address. Second: which group of sixteen it is in.
         address = Signal(len(bus.address))
-        m.d.sync += address.eq(bus.address)
-        low = address[:GROUP_BITS]
+        low = Signal(GROUP_BITS)
+        m.d.sync += [address.eq(bus.address), low.eq(address[:GROUP_BITS])]
+        groups = sorted({place >> GROUP_BITS for r in REGISTERS.registers for place in r.addresses})
+        selected = {group: Signal(name=f"group{group:x}") for group in groups}
+        for group, here in selected.items():
+            m.d.sync += here.eq(address[GROUP_BITS:] == group)
+        in_window = [Signal(name=f"in_{window.name}") for window in REGISTERS.windows]
+        for here, window in zip(in_window, REGISTERS.windows, strict=True):
+            assert window.address % window.words == 0
+            m.d.sync += here.eq(address[exact_log2(window.words) :] == window.address // window.words)
         m.d.comb += [
             # The snapshot stands at 0x10.., the fault logs at 0x40..: see StatusRecorder for the memory's order.
             self.recorded_address.eq(Cat(address[:5], address[5] | ~address[6])),
@@ -91,129 +111,105 @@ class RegisterFile(wiring.Component):
             self.window_word.eq(bus.write_word),
         ]
 
+        def here(place: int):
+            """1 in the third clock when the address is `place`."""
+            return selected[place >> GROUP_BITS] & (low == place % (1 << GROUP_BITS))
+
+        # Third clock: what each group has there. Fourth: that of the group it is.
+        words, holds = self._words()
+        facts = {
+            place: _facts(register, i) for register in REGISTERS.registers for i, place in enumerate(register.addresses)
+        }
+        chosen = {group: delayed(m, signal, 1, name=f"chosen{group:x}") for group, signal in selected.items()}
+        word, fact = Signal(WORD_BITS), Signal(FACT_BITS)
+        joined_word, joined_fact = 0, 0
+        for group in groups:
+            places = range(group << GROUP_BITS, (group + 1) << GROUP_BITS)
+            group_word = Signal(WORD_BITS, name=f"word{group:x}")
+            group_fact = Signal(FACT_BITS, name=f"fact{group:x}")
+            unknown = Const(UNKNOWN_WORD, WORD_BITS)
+            m.d.sync += [
+                group_word.eq(Array([words.get(place, unknown) for place in places])[low]),
+                group_fact.eq(Array([Const(facts.get(place, 0), FACT_BITS) for place in places])[low]),
+            ]
+            joined_word = joined_word | (group_word & chosen[group].replicate(WORD_BITS))
+            joined_fact = joined_fact | (group_fact & chosen[group].replicate(FACT_BITS))
+        none = Signal()
+        m.d.sync += [word.eq(joined_word), fact.eq(joined_fact), none.eq(~Cat(chosen.values()).any())]
+        windows = [
+            delayed(m, signal, 2, name=f"{w.name}_chosen")
+            for signal, w in zip(in_window, REGISTERS.windows, strict=True)
+        ]
+        is_recorded_word, kind, register_words, forbidden = fact[0], fact[1:3], fact[3:5], fact[5:]
+        in_identity = windows[[w.name for w in REGISTERS.windows].index("identity")]
+
+        # Fifth: the answer to a READ. Sixth: that to a CHECK.
+        plain, other, misfit, outside = Signal(WORD_BITS), Signal(WORD_BITS), Signal(), Signal()
+        status = Signal(STATUS_BITS)
+        in_any_window = Cat(windows).any()
+        m.d.sync += [
+            plain.eq(word & ~is_recorded_word.replicate(WORD_BITS)),
+            other.eq(
+                (self.recorded_word & is_recorded_word.replicate(WORD_BITS))
+                | (self.identity_word & in_identity.replicate(WORD_BITS))
+                | (Const(UNKNOWN_WORD, WORD_BITS) & (none & ~in_identity).replicate(WORD_BITS))
+            ),
+            bus.read_word.eq(plain | other),
+            misfit.eq((bus.write_word & forbidden).any()),
+            outside.eq((kind == INSIDE) & ~bus.following | (kind == BEGINS) & (bus.words_left < register_words)),
+            status.eq(Status.DONE),
+        ]
+        window_later = delayed(m, in_any_window, 1, name="window_later")
+        kind_later = delayed(m, kind, 1, name="kind_later")
+        with m.If(window_later & ~is_read):
+            with m.If(~self.loading):
+                m.d.sync += status.eq(Status.NOT_NOW)
+        with m.Elif((kind_later == UNKNOWN) & ~is_read):
+            m.d.sync += status.eq(Status.UNKNOWN_ADDRESS)
+        with m.Elif((kind_later == READ_ONLY) & ~is_read):
+            m.d.sync += status.eq(Status.READ_ONLY)
+        with m.Elif((misfit | outside) & ~is_read):
+            m.d.sync += status.eq(Status.OUT_OF_RANGE)
+        m.d.comb += bus.status.eq(status)
+
+        # When it is done: a snapshot takes its time.
+        stage = Signal(ANSWER_CLOCKS)
+        waits = Signal()
+        m.d.sync += [stage.eq(Cat(bus.valid, stage)), self.snapshot.eq(0), bus.done.eq(0)]
+        with m.If(stage[1] & here(REGISTERS["snapshot_number"].address) & is_read):
+            m.d.sync += [self.snapshot.eq(1), waits.eq(1)]
+        settled = delayed(m, self.snapshot_done & waits, ANSWER_CLOCKS, name="settled")
+        with m.If(settled):
+            m.d.sync += [waits.eq(0), bus.done.eq(1)]
+        with m.If(stage[-1] & ~waits):
+            m.d.sync += bus.done.eq(1)
+
         # The upper words of live registers are kept as their lowest word is read, so that a number is never torn.
-        held = Signal(WORD_BITS)
-        words: dict[int, object] = {}
-        holds = []
+        for place, upper in holds:
+            with m.If(stage[1] & is_read & here(place)):
+                m.d.sync += self.held.eq(upper)
+        self._write(m, here, in_window, stage[1] & is_write)
+        return m
+
+    def _words(self) -> tuple[dict, list]:
+        """What stands at each address, and (address of the lowest word, upper word) of live registers of two words."""
+        words, holds = {}, []
         for register in REGISTERS.registers:
             if is_recorded(register):
                 continue
             if register.access is Access.COMMAND:
                 words |= {place: Const(0, WORD_BITS) for place in register.addresses}
                 continue
-            value = getattr(self, register.name)
-            if register.words == 1 or register.access is Access.WRITE:
-                for i, place in enumerate(register.addresses):
-                    words[place] = value[WORD_BITS * i : WORD_BITS * (i + 1)]
-                continue
-            assert register.words == 2, "a live register has two words at the most; wider ones are recorded"
-            upper = Signal(WORD_BITS, name=f"{register.name}_upper")
-            m.d.comb += upper.eq(value[WORD_BITS:].as_unsigned())
-            words[register.address] = value[:WORD_BITS]
-            words[register.address + 1] = Mux(bus.following, held, upper)
-            holds.append((register.address, upper))
+            value = getattr(self, register.name).as_unsigned()
+            parts = [value[WORD_BITS * i : WORD_BITS * (i + 1)] for i in range(register.words)]
+            if register.words > 1 and register.access is Access.READ:
+                assert register.words == 2, "a live register has two words at the most; wider ones are recorded"
+                holds.append((register.address, parts[1]))
+                parts[1] = Mux(self.bus.following, self.held, parts[1])
+            words |= dict(zip(register.addresses, parts, strict=True))
+        return words, holds
 
-        groups = sorted({place >> GROUP_BITS for place in words})
-        joined = 0
-        for group in groups:
-            selected = Signal(name=f"group{group:x}")
-            word = Signal(WORD_BITS, name=f"word{group:x}")
-            members = [words.get(group << GROUP_BITS | i, Const(UNKNOWN_WORD, WORD_BITS)) for i in range(16)]
-            here = Signal(name=f"here{group:x}")
-            m.d.comb += here.eq(address[GROUP_BITS:] == group)
-            m.d.sync += [selected.eq(here), word.eq(Array(members)[low])]
-            joined = joined | Mux(selected, word, 0)
-        recorded = [place for r in REGISTERS.registers if is_recorded(r) for place in r.addresses]
-        identity = REGISTERS["identity"]
-        in_recorded, in_identity, in_registers = Signal(), Signal(), Signal()
-        recorded_groups = sorted({place >> GROUP_BITS for place in recorded})
-        is_recorded_place = Signal()
-        m.d.comb += is_recorded_place.eq(_is_one_of(address, recorded))
-        m.d.sync += [
-            in_recorded.eq(is_recorded_place),
-            in_identity.eq(address[9:] == identity.address >> 9),
-            in_registers.eq(_is_one_of(address[GROUP_BITS:], groups)),
-        ]
-        assert recorded_groups
-        read_word = Signal(WORD_BITS)
-        plain = Signal(WORD_BITS)
-        other = Signal(WORD_BITS)
-        m.d.sync += [
-            plain.eq(Mux(in_registers & ~in_recorded, joined, 0)),
-            other.eq(Mux(in_registers | in_recorded | in_identity, 0, UNKNOWN_WORD)),
-        ]
-        recorded_now, identity_now = Signal(), Signal()
-        m.d.sync += [recorded_now.eq(in_recorded), identity_now.eq(in_identity)]
-        m.d.sync += read_word.eq(
-            plain | other | Mux(recorded_now, self.recorded_word, 0) | Mux(identity_now, self.identity_word, 0)
-        )
-
-        self._check(m, address)
-        snapshot_address = REGISTERS["snapshot_number"].address
-        stage = Signal(ANSWER_CLOCKS)
-        waits = Signal()
-        at_snapshot = Signal()
-        m.d.sync += [
-            stage.eq(Cat(bus.valid, stage)),
-            at_snapshot.eq((address == snapshot_address) & (bus.request == Request.READ)),
-            self.snapshot.eq(0),
-            bus.done.eq(0),
-        ]
-        m.d.comb += bus.read_word.eq(read_word)
-        with m.If(stage[1] & at_snapshot):
-            m.d.sync += [self.snapshot.eq(1), waits.eq(1)]
-        with m.If(self.snapshot_done & waits):
-            m.d.sync += [waits.eq(0), bus.done.eq(1)]
-        with m.If(stage[-2] & ~waits):
-            m.d.sync += bus.done.eq(1)
-        with m.If(stage[1] & (bus.request == Request.READ)):
-            for place, upper in holds:
-                with m.If(address == place):
-                    m.d.sync += held.eq(upper)
-        acts = Signal()
-        m.d.comb += acts.eq(stage[2] & (bus.request == Request.WRITE))
-        self._write(m, address, acts)
-        return m
-
-    def _check(self, m: Module, address) -> None:
-        """Whether the word at `address` could be written, as `LinkModel` says it."""
-        bus = self.bus
-        kind, words, highest_bits = Signal(2), Signal(2), Signal(5)
-        unknown, read_only, inside, begins = range(4)
-        in_window = Signal()
-        m.d.sync += [kind.eq(unknown), words.eq(0), highest_bits.eq(WORD_BITS), in_window.eq(0)]
-        with m.Switch(address):
-            for register in REGISTERS.registers:
-                for i, place in enumerate(register.addresses):
-                    with m.Case(place):
-                        if register.access is Access.READ:
-                            m.d.sync += kind.eq(read_only)
-                        else:
-                            is_last = i == register.words - 1
-                            bits = register.width - WORD_BITS * i if is_last else WORD_BITS
-                            m.d.sync += [
-                                kind.eq(inside if i else begins),
-                                words.eq(register.words),
-                                highest_bits.eq(bits),
-                            ]
-        for window in REGISTERS.windows:
-            with m.If(address[window.words.bit_length() - 1 :] == window.address // window.words):
-                m.d.sync += in_window.eq(1)
-        fits = Signal()
-        m.d.sync += fits.eq((bus.write_word >> highest_bits) == 0)
-        status = Signal(STATUS_BITS)
-        m.d.sync += status.eq(Status.DONE)
-        with m.If(in_window), m.If(~self.loading):
-            m.d.sync += status.eq(Status.NOT_NOW)
-        with m.Elif(kind == unknown):
-            m.d.sync += status.eq(Status.UNKNOWN_ADDRESS)
-        with m.Elif(kind == read_only):
-            m.d.sync += status.eq(Status.READ_ONLY)
-        with m.Elif(~fits | (kind == inside) & ~bus.following | (kind == begins) & (bus.words_left < words)):
-            m.d.sync += status.eq(Status.OUT_OF_RANGE)
-        m.d.comb += bus.status.eq(Mux(bus.request == Request.READ, Status.DONE, status))
-
-    def _write(self, m: Module, address, acts) -> None:
+    def _write(self, m: Module, here, in_window, acts) -> None:
         """Let a written word act. Of a wide register the lower word waits for the upper one."""
         word, lower = self.bus.write_word, Signal(WORD_BITS)
         with m.If(acts):
@@ -223,21 +219,18 @@ class RegisterFile(wiring.Component):
                 continue
             assert register.words <= 2, "a setting has two words at the most"
             output = getattr(self, register.name)
-            here = Signal(name=f"{register.name}_here")
-            m.d.sync += here.eq(address == register.addresses[-1])
             if register.access is Access.COMMAND:
                 m.d.sync += output.eq(0)
-            with m.If(acts & here):
+            with m.If(acts & here(register.addresses[-1])):
                 m.d.sync += output.eq(word if register.words == 1 else Cat(lower, word))
-        for i, window in enumerate(REGISTERS.windows):
-            here = Signal(name=f"{window.name}_here")
-            m.d.sync += here.eq(address[window.words.bit_length() - 1 :] == window.address // window.words)
-            m.d.sync += self.window_write[i].eq(acts & here)
+        m.d.sync += self.window_write.eq(Cat(in_window) & acts.replicate(len(in_window)))
 
 
-def _is_one_of(value, numbers) -> object:
-    """1 when `value` is one of `numbers`."""
-    found = Const(0, 1)
-    for number in numbers:
-        found = found | (value == number)
-    return found
+def _facts(register: Register, word: int) -> int:
+    """What must be known of a word to read it or to check a write: see the slices of `fact`."""
+    recorded = is_recorded(register)
+    kind = READ_ONLY if register.access is Access.READ else INSIDE if word else BEGINS
+    is_last = word == register.words - 1
+    bits = register.width - WORD_BITS * word if is_last else WORD_BITS
+    forbidden = (1 << WORD_BITS) - (1 << bits)
+    return recorded | kind << 1 | register.words << 3 | forbidden << 5

@@ -63,9 +63,10 @@ class StatusRecorder(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         m.submodules.memory = memory = Memory(shape=WORD_BITS, depth=256, init=[], attrs=NO_COLLISION)
-        write, read = memory.write_port(), memory.read_port()
-        m.d.comb += [read.en.eq(1), read.addr.eq(self.address)]
-        m.d.sync += self.word.eq(read.data)
+        write, read = memory.write_port(), memory.read_port(domain="comb")
+        word = Signal(WORD_BITS, reset_less=True)
+        m.d.comb += read.addr.eq(self.address)
+        m.d.sync += [word.eq(read.data), self.word.eq(word)]
 
         faults = fault_flags()
         up = Cat(self.flags[flag.bit_length() - 1] for flag in faults)
