@@ -1,6 +1,7 @@
 """Captures over the pseudo-terminal, each of them held against the shaft's truth."""
 
 import os
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -12,8 +13,6 @@ from arcref_gateware.connected_encoder import CAPTURE_DEPTH
 
 MANY = 100_000
 """Captures of the long run."""
-
-WORD_CLOCK_HZ = 200e6
 
 
 def pin_captures_are_those_of_the_strobes(twin, captures) -> None:
@@ -69,38 +68,53 @@ def test_the_timer_and_the_command_capture_without_a_pin(make_twin):
         captures = encoder.capture(300)
         assert_captures(twin, captures)
         assert np.all(np.diff(captures["time_samples"]) == 4001 * 4)
-        encoder.registers.strobe_control = STROBE_SOURCES.index("command")
-        stream = encoder.stream(30.0)
-        encoder.start_captures()
-        encoder.registers.strobe_command = 1
-        _, record = next(stream)
-        assert_counts(twin, record.time, record.raw)
-        stream.close()
+        with started_stream(twin, encoder) as (stream, _):
+            encoder.registers.strobe_control = STROBE_SOURCES.index("command")
+            for _ in range(5):
+                before = encoder.snapshot()
+                encoder.registers.strobe_command = 1
+                _, record = next(stream)
+                assert record.time > before.time_s * 8e8
+                assert_counts(twin, record.time, record.raw)
+
+
+@contextmanager
+def started_stream(twin, encoder):
+    """A stream that has begun, with no capture under way: the stream, and how many captures there were."""
+    encoder.registers.strobe_control = STROBE_SOURCES.index("pin")
+    stream = encoder.stream(30.0)
+    twin.set_strobe(5000)
+    next(stream)
+    twin.set_strobe(0)
+    encoder.snapshot()  # long enough for the last one to be counted
+    number = encoder.registers.captures
+    for _ in range(number - 1):
+        next(stream)
+    yield stream, number
+    stream.close()
 
 
 def test_a_burst_at_full_word_rate_tells_exactly_how_many_were_lost(make_twin):
     burst = 2000
     with make_twin(speed_rps=10.0) as twin, Encoder(twin.port) as encoder:
         wait_until_homed(twin)
-        stream = encoder.stream(30.0)
-        twin.burst(burst)
-        pairs = [next(stream) for _ in range(CAPTURE_DEPTH)]
-        wait_until(lambda: encoder.registers.captures == burst)
-        while encoder.registers.capture_level:
+        with started_stream(twin, encoder) as (stream, earlier):
+            before = twin.encoder.strobes.number
+            twin.burst(burst)
+            pairs = [next(stream) for _ in range(CAPTURE_DEPTH)]
+            wait_until(lambda: encoder.registers.captures == earlier + burst)
+            lost_in_fifo = encoder.registers.captures_lost
+            while len(pairs) + lost_in_fifo < burst:
+                pairs.append(next(stream))
+            # The next one tells what was lost after the last one kept.
+            twin.burst(1)
             pairs.append(next(stream))
-        lost_in_fifo = encoder.registers.captures_lost
-        while len(pairs) + lost_in_fifo < burst:
-            pairs.append(next(stream))
-        # The next one tells what was lost after the last one kept.
-        twin.burst(1)
-        pairs.append(next(stream))
-        stream.close()
-        told = sum(lost for lost, _ in pairs)
-        assert told == lost_in_fifo == burst + 1 - len(pairs)
+        assert sum(lost for lost, _ in pairs) == lost_in_fifo == burst + 1 - len(pairs)
         assert lost_in_fifo > burst - 2 * CAPTURE_DEPTH
         times, raw = (np.array([getattr(record, name) for _, record in pairs]) for name in ("time", "raw"))
-        strobes = np.array(twin.call(lambda: list(twin.strobe_samples)))
+        strobes = np.array(twin.call(lambda: list(twin.strobe_samples)))[before:]
         assert len(strobes) == burst + 1
+        assert np.array_equal(strobes[np.searchsorted(strobes, times)], times)
         assert np.array_equal(np.diff(np.searchsorted(strobes, times)) - 1, [lost for lost, _ in pairs[1:]])
         assert_counts(twin, times, raw)
 
