@@ -48,4 +48,7 @@ CORE_PORTS: tuple[Port, ...] = (
     Port("spi_cs_n", "input", 1, "SPI chip select, low while a frame is read."),
     Port("spi_copi", "input", 1, "SPI data from the controller: command frames."),
     Port("spi_cipo", "output", 1, "SPI data to the controller: the position frame, most significant bit first."),
+    Port("uart_rx", "input", 1, "UART from the host: 8 data bits, no parity, one stop bit."),
+    Port("uart_tx", "output", 1, "UART to the host."),
+    Port("compare", "output", 1, "The compare output: a pulse every so many counts of corrected position."),
 )

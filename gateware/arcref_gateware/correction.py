@@ -46,6 +46,9 @@ class Correction(wiring.Component):
                 "usable": In(1),
                 "check_enable": In(1),
                 "check_address": In(CELL_NUMBER_BITS),
+                "write_line": In(1),
+                "write_subdivision": In(1),
+                "write_word": In(16),
                 "line_word": Out(16),
                 "subdivision_word": Out(16),
                 "word_complement": Out(signed(CORRECTION_BITS)),
@@ -67,7 +70,13 @@ class Correction(wiring.Component):
     check_enable: In
     """1 while the power-up check reads the tables."""
     check_address: In
-    """What the check reads: 9 low bits for the subdivision table, the 12 above them for the line table."""
+    """What is read or written then: 9 low bits for the subdivision table, the 12 above them for the line table."""
+    write_line: In
+    """1 to write `write_word` into the line table at `check_address`, while `check_enable` is 1."""
+    write_subdivision: In
+    """The same for the subdivision table."""
+    write_word: In
+    """The word to write, held for three clocks."""
     line_word: Out
     """Word of the line table, for the check: 2 + `TABLE_CLOCKS` clocks after `check_address`."""
     subdivision_word: Out
@@ -117,6 +126,10 @@ class Correction(wiring.Component):
         m.d.comb += [
             subdivision_table.address.eq(address[: len(subdivision_table.address)]),
             line_table.address.eq(address[len(subdivision_table.address) :]),
+            line_table.write.eq(delayed(m, self.write_line, 2, name="write_line")),
+            subdivision_table.write.eq(delayed(m, self.write_subdivision, 2, name="write_subdivision")),
+            line_table.write_data.eq(self.write_word),
+            subdivision_table.write_data.eq(self.write_word),
             self.line_word.eq(line_table.data),
             self.subdivision_word.eq(subdivision_table.data),
         ]

@@ -39,6 +39,7 @@ class IndexDetector(wiring.Component):
         super().__init__(
             {
                 "gate": In(samples_per_word),
+                "rehome": In(1),
                 "index_sample": Out(samples_per_word),
                 "index": Out(1),
                 "home": Out(1),
@@ -48,6 +49,8 @@ class IndexDetector(wiring.Component):
 
     gate: In
     """Bit i: at sample i, Z is high and (A, B) is the gate state."""
+    rehome: In
+    """1 for one clock: the next index homes again."""
     index_sample: Out
     """Bit i: the index was entered at sample i; `INDEX_SAMPLE_CLOCKS` clocks after `gate`."""
     index: Out
@@ -63,9 +66,11 @@ class IndexDetector(wiring.Component):
         first, _ = first_rise(self.gate, last_gate)
         m.d.sync += [last_gate.eq(self.gate[-1]), self.index_sample.eq(first)]
         entered = self.index_sample.any()
+        waits = Signal(init=1)  # the next index homes
         m.d.sync += [
             self.index.eq(entered),
-            self.home.eq(entered & ~self.homed),
+            self.home.eq(entered & waits),
             self.homed.eq(self.homed | entered),
+            waits.eq((waits & ~entered) | self.rehome),
         ]
         return m

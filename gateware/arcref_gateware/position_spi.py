@@ -12,8 +12,16 @@ from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.crc.catalog import CRC8_AUTOSAR
 from amaranth.lib.wiring import In, Out
 
-from arcref.position_frame import COMMAND_CLEAR_FLAGS, FRAME_BITS, FRAME_FIELD, FRAME_FIELDS
+from arcref.position_frame import (
+    COMMAND_CLEAR_FLAGS,
+    COMMAND_READ_REGISTER,
+    COMMAND_WRITE_REGISTER,
+    FRAME_BITS,
+    FRAME_FIELD,
+    FRAME_FIELDS,
+)
 from arcref_gateware.register_stages import delayed
+from arcref_gateware.spi_registers import SpiRegisters
 
 LOWEST_CLOCK_RATIO = 8
 """Word clocks in one SCK period, at the least."""
@@ -21,8 +29,8 @@ LOWEST_CLOCK_RATIO = 8
 SENT_BITS = FRAME_BITS - FRAME_FIELD["crc"].width
 """Bits before the CRC: 56."""
 
-COMMAND_BITS = 16
-"""Bits of a command that are kept: the command byte and its argument."""
+COMMAND_BITS = 40
+"""Bits of a command that are kept: the command byte, and what goes with it."""
 
 
 class PositionSpi(wiring.Component):
@@ -48,6 +56,10 @@ class PositionSpi(wiring.Component):
     """The flag byte."""
     turns: In(FRAME_FIELD["turns"].width)
     """Lowest bits of the turn count."""
+    chip_select: Out(1)
+    """1 while chip select is active, synchronised."""
+    registers: Out(SpiRegisters())
+    """Register commands, and their answers."""
     clear_flags: Out(FRAME_FIELD["flags"].width)
     """Bit n: clear flag n, for one clock, as a command asks."""
 
@@ -82,7 +94,13 @@ class PositionSpi(wiring.Component):
             "turns": self.turns,
             "frame_counter": frame_counter,
         }
-        snapshot = Cat(*(values[field.name] for field in reversed(FRAME_FIELDS) if field.name in values))
+        position = Cat(*(values[field.name] for field in reversed(FRAME_FIELDS) if field.name in values))
+        # The answer to a register command takes the place of one position frame, and its CRC is inverted.
+        answer_waits, sends_answer = Signal(), Signal()
+        answer = Signal(SENT_BITS - len(frame_counter), reset_less=True)
+        snapshot = Mux(answer_waits, Cat(frame_counter, answer), position)
+        with m.If(starts):
+            m.d.sync += [sends_answer.eq(answer_waits), answer_waits.eq(0)]
         m.submodules.sent_crc = sent_crc = CRC8_AUTOSAR(data_width=1).create()
         load_crc = Signal()
         m.d.comb += [
@@ -110,7 +128,8 @@ class PositionSpi(wiring.Component):
         m.d.sync += moves.eq(cs_n | rises | (samples & last_before_crc))
         crc_bits = len(sent_crc.crc)
         shifted = Cat(Const(0, 1), following[:-1])
-        loaded = Mux(load_crc, Cat(Const(0, SENT_BITS - crc_bits), sent_crc.crc), shifted)
+        crc = sent_crc.crc ^ sends_answer.replicate(crc_bits)
+        loaded = Mux(load_crc, Cat(Const(0, SENT_BITS - crc_bits), crc), shifted)
         with m.If(moves):
             m.d.sync += following.eq(Mux(last_cs_n, snapshot, loaded))
         with m.If(starts):
@@ -120,9 +139,10 @@ class PositionSpi(wiring.Component):
         with m.Elif(late_samples & ~overlong):
             m.d.sync += bit.eq(bit + 1)
 
-        # The command: its first two bytes are kept, the five after them must be zero.
+        # The command: its first five bytes are kept, the two after them must be zero.
         m.submodules.received_crc = received_crc = CRC8_AUTOSAR(data_width=1).create()
-        command, argument = Signal(8, reset_less=True), Signal(8, reset_less=True)
+        kept = Signal(COMMAND_BITS, reset_less=True)
+        low_word, high_word, command = kept[:16], kept[16:32], kept[32:]
         rest_is_zero = Signal(reset_less=True)
         m.d.comb += [
             received_crc.start.eq(late_starts),
@@ -133,17 +153,45 @@ class PositionSpi(wiring.Component):
             m.d.sync += rest_is_zero.eq(1)
         with m.Elif(late_samples):
             with m.If(in_command):
-                m.d.sync += Cat(argument, command).eq(Cat(late_received, argument, command))
+                m.d.sync += kept.eq(Cat(late_received, kept))
             with m.Elif(in_rest & late_received):
                 m.d.sync += rest_is_zero.eq(0)
-        obeyed = Signal()
-        asked, whole, matches = Signal(), Signal(), Signal()
+        clears, reads, writes, whole, matches = Signal(), Signal(), Signal(), Signal(), Signal()
+        no_low_word, no_high_rest = Signal(), Signal()
+        obeyed, reads_now, writes_now = Signal(), Signal(), Signal()
         m.d.sync += [
-            asked.eq(command == COMMAND_CLEAR_FLAGS),
+            no_low_word.eq(low_word == 0),
+            no_high_rest.eq(high_word[:8] == 0),
+            clears.eq((command == COMMAND_CLEAR_FLAGS) & no_low_word & no_high_rest),
+            reads.eq((command == COMMAND_READ_REGISTER) & no_low_word),
+            writes.eq(command == COMMAND_WRITE_REGISTER),
             matches.eq(received_crc.match_detected),
-            whole.eq(complete & rest_is_zero & asked & matches),
-            obeyed.eq(ended & whole),
+            whole.eq(complete & rest_is_zero & matches),
+            obeyed.eq(ended & whole & clears),
+            reads_now.eq(ended & whole & reads),
+            writes_now.eq(ended & whole & writes),
         ]
         with m.If(obeyed):
-            m.d.comb += self.clear_flags.eq(argument)
+            m.d.comb += self.clear_flags.eq(high_word[8:])
+
+        registers = self.registers
+        asking = Signal()
+        m.d.sync += registers.valid.eq((reads_now | writes_now) & ~asking)
+        with m.If((reads_now | writes_now) & ~asking):
+            m.d.sync += [
+                asking.eq(1),
+                registers.write.eq(writes_now),
+                registers.address.eq(high_word),
+                registers.write_word.eq(low_word),
+            ]
+        # An answer that comes while a frame is being sent waits for the next one, and one that is ready as chip select
+        # falls must not change in the middle.
+        answered = Signal()
+        with m.If(asking & registers.done):
+            word = Mux(registers.write, registers.write_word, registers.read_word)
+            code = Mux(registers.write, COMMAND_WRITE_REGISTER, COMMAND_READ_REGISTER)
+            m.d.sync += [answer.eq(Cat(word, registers.address, registers.status, code)), answered.eq(1)]
+        with m.If(answered & cs_n & last_cs_n):
+            m.d.sync += [answer_waits.eq(1), answered.eq(0), asking.eq(0)]
+        m.d.comb += self.chip_select.eq(selected)
         return m

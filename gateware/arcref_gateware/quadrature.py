@@ -31,18 +31,19 @@ class Quadrature(wiring.Component):
 
     The first sample after reset sets the state and counts nothing.
 
-    Parameters: `samples_per_word` (1, 2 or 4) and `gate_state`, the pair (A, B) of the zero mark.
+    Parameters: `samples_per_word` (1, 2 or 4) and `gate_state`, the reset value of the pair (A, B) of the zero mark.
     """
 
     def __init__(self, samples_per_word: int, gate_state: tuple[int, int] = DEFAULT_GATE_STATE):
         check_samples_per_word(samples_per_word)
         self.samples_per_word = samples_per_word
-        self.gate_state = gate_state
+        self._gate_init = gate_state
         super().__init__(
             {
                 "a": In(samples_per_word),
                 "b": In(samples_per_word),
                 "z": In(samples_per_word),
+                "gate_state": In(2, init=gate_state[0] | gate_state[1] << 1),
                 "forward": Out(samples_per_word),
                 "reverse": Out(samples_per_word),
                 "illegal": Out(samples_per_word),
@@ -57,6 +58,8 @@ class Quadrature(wiring.Component):
     """Samples of B, bit 0 the oldest."""
     z: In
     """Samples of Z, bit 0 the oldest."""
+    gate_state: In
+    """Levels of A (bit 0) and B (bit 1) at the zero mark."""
     forward: Out
     """Bit i: sample i is one count further than the sample before it."""
     reverse: Out
@@ -82,7 +85,8 @@ class Quadrature(wiring.Component):
         changed_a, changed_b = Signal(width), Signal(width)
         leads = Signal(width)
         has_before = Signal(width)
-        gate_a, gate_b = self.gate_state
+        not_gate_a, not_gate_b = Signal(init=not self._gate_init[0]), Signal(init=not self._gate_init[1])
+        m.d.sync += [not_gate_a.eq(~self.gate_state[0]), not_gate_b.eq(~self.gate_state[1])]
         m.d.comb += [
             changed_a.eq(a ^ before_a),
             changed_b.eq(b ^ before_b),
@@ -96,6 +100,8 @@ class Quadrature(wiring.Component):
             self.forward.eq(counted & leads),
             self.reverse.eq(counted & ~leads),
             self.illegal.eq(changed_a & changed_b & has_before),
-            self.gate.eq(z & (a if gate_a else ~a) & (b if gate_b else ~b) & word_valid.replicate(width)),
+            self.gate.eq(
+                z & (a ^ not_gate_a.replicate(width)) & (b ^ not_gate_b.replicate(width)) & word_valid.replicate(width)
+            ),
         ]
         return m

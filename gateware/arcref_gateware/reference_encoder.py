@@ -4,9 +4,9 @@ Every output shows, `LATENCY_CLOCKS` clocks later, the state after the last samp
 stands in `arcref_gateware.latency`.
 """
 
-from amaranth.hdl import Module, Signal, signed
+from amaranth.hdl import Cat, Module, Mux, Signal, signed
 from amaranth.lib import wiring
-from amaranth.lib.wiring import In, Out
+from amaranth.lib.wiring import In, Out, connect, flipped
 from amaranth.utils import exact_log2
 
 from arcref.angle import ANGLE_BITS, POSITION_BITS
@@ -32,7 +32,9 @@ from arcref_gateware.position_spi import PositionSpi
 from arcref_gateware.quadrature import DEFAULT_GATE_STATE, Quadrature, check_samples_per_word
 from arcref_gateware.register_stages import delayed
 from arcref_gateware.rom_check import RomCheck
+from arcref_gateware.spi_registers import SpiRegisters
 from arcref_gateware.strobe_delay import STROBE_CLOCKS, STROBE_DELAY_BITS, StrobeDelay
+from arcref_gateware.table_access import TableAccess
 from arcref_gateware.table_contents import placeholder_contents, rom_contents
 from arcref_gateware.time_counter import TimeCounter
 from arcref_gateware.watch import Watch
@@ -42,8 +44,8 @@ class ReferenceEncoder(wiring.Component):
     """The core of the instrument, pure logic over sample words.
 
     Parameters: `rom`, the correction, or None for the placeholder contents of a bitstream that gets its ROM later;
-    `samples_per_word` (1, 2 or 4); `gate_state`, the (A, B) of the zero mark; `strobe_delay`, the reset value of the
-    delay in sample periods (0..65535). Raises ValueError for others.
+    `samples_per_word` (1, 2 or 4); `gate_state`, the reset value of the (A, B) of the zero mark; `strobe_delay`, that
+    of the delay in sample periods (0..65535). Raises ValueError for others.
     """
 
     def __init__(
@@ -62,7 +64,7 @@ class ReferenceEncoder(wiring.Component):
         self.rom = rom
         self.contents = placeholder_contents() if rom is None else rom_contents(rom)
         self.samples_per_word = samples_per_word
-        self.gate_state = gate_state
+        self.gate_state_init, self.strobe_delay_init = gate_state, strobe_delay
         super().__init__(
             {
                 "a": In(samples_per_word),
@@ -70,6 +72,11 @@ class ReferenceEncoder(wiring.Component):
                 "z": In(samples_per_word),
                 "strobe": In(samples_per_word),
                 "strobe_delay": In(STROBE_DELAY_BITS, init=strobe_delay),
+                "gate_state": In(2, init=gate_state[0] | gate_state[1] << 1),
+                "rehome": In(1),
+                "correction_enable": In(1, init=1),
+                "clear_flags": In(8),
+                "tables": In(TableAccess()),
                 "raw_position": Out(signed(POSITION_BITS)),
                 "position": Out(signed(POSITION_BITS)),
                 "homed": Out(1),
@@ -85,6 +92,11 @@ class ReferenceEncoder(wiring.Component):
                 "shortest_edge_spacing": Out(SPACING_BITS),
                 "first_illegal_position": Out(signed(POSITION_BITS)),
                 "first_illegal_time": Out(POSITION_BITS),
+                "causes": Out(8),
+                "index": Out(1),
+                "words": Out(POSITION_BITS),
+                "spi_registers": Out(SpiRegisters()),
+                "chip_select": Out(1),
                 "spi_sck": In(1),
                 "spi_cs_n": In(1, init=1),
                 "spi_copi": In(1),
@@ -102,6 +114,16 @@ class ReferenceEncoder(wiring.Component):
     """Samples of the strobe, bit 0 the oldest; its rising edge captures."""
     strobe_delay: In
     """Sample periods from a strobe to its due sample. Change it only while none waits."""
+    gate_state: In
+    """Levels of A (bit 0) and B (bit 1) at the zero mark."""
+    rehome: In
+    """1 for one clock: the next index sets the zero again."""
+    correction_enable: In
+    """1 to correct, 0 for positions as counted."""
+    clear_flags: In
+    """Bit n: clear flag n, for one clock."""
+    tables: In
+    """How trial tables are loaded, and the identity is read."""
     raw_position: Out
     """Position as counted, in counts."""
     position: Out
@@ -132,6 +154,16 @@ class ReferenceEncoder(wiring.Component):
     """Raw position after the word of the first illegal step. One clock after `illegal_steps`."""
     first_illegal_time: Out
     """First sample of that word, in sample periods since reset."""
+    causes: Out
+    """Bit n: the cause of flag n was there in the word; with `flags`."""
+    index: Out
+    """1 with each word in which an index was met, as soon as it is known."""
+    words: Out
+    """Number of the word that the outputs show, since reset."""
+    spi_registers: Out
+    """What SPI command frames ask of the registers."""
+    chip_select: Out
+    """1 while chip select is active, synchronised."""
     spi_sck: In
     """SPI clock, asynchronous, at most one eighth of the word clock."""
     spi_cs_n: In
@@ -145,7 +177,7 @@ class ReferenceEncoder(wiring.Component):
         m = Module()
         samples = self.samples_per_word
 
-        m.submodules.quadrature = quadrature = Quadrature(samples, self.gate_state)
+        m.submodules.quadrature = quadrature = Quadrature(samples, self.gate_state_init)
         m.submodules.index_detector = index_detector = IndexDetector(samples)
         m.submodules.partial_sums = sums = PartialSums(samples)
         m.submodules.position = position = PositionAccumulator()
@@ -168,7 +200,9 @@ class ReferenceEncoder(wiring.Component):
             quadrature.z.eq(self.z),
             strobe.strobe.eq(self.strobe),
             strobe.delay.eq(self.strobe_delay),
+            quadrature.gate_state.eq(self.gate_state),
             index_detector.gate.eq(quadrature.gate),
+            index_detector.rehome.eq(self.rehome),
             sums.forward.eq(quadrature.forward),
             sums.reverse.eq(quadrature.reverse),
             sums.index_sample.eq(index_detector.index_sample),
@@ -180,15 +214,32 @@ class ReferenceEncoder(wiring.Component):
             ),
         ]
 
-        # What the tables say of both, and the power-up check of the tables.
+        # What the tables say of both, and the power-up check of the tables. The check's verdict takes effect in its
+        # own clock; what is set by registers, a clock later.
+        may_correct, usable = Signal(init=1), Signal()
+        m.d.sync += may_correct.eq(self.correction_enable & ~self.tables.hold)
+        m.d.comb += usable.eq(rom_check.good & may_correct)
         m.d.comb += [
             correction.angle.eq(position.angle),
             correction.event_angle.eq(position.event_angle),
             correction.event.eq(delayed(m, strobe.due, ANGLE_READY - STROBE_CLOCKS, name="event")),
             correction.homed.eq(delayed(m, index_detector.homed, ANGLE_READY - WAY_BACK_READY, name="homed")),
-            correction.usable.eq(rom_check.good),
-            correction.check_enable.eq(rom_check.busy),
-            correction.check_address.eq(rom_check.address),
+            correction.usable.eq(usable),
+            correction.check_enable.eq(rom_check.busy | self.tables.loading),
+            correction.check_address.eq(
+                Mux(rom_check.busy, rom_check.address, Cat(self.tables.address[:9], self.tables.address))
+            ),
+            correction.write_line.eq(self.tables.write_line),
+            correction.write_subdivision.eq(self.tables.write_subdivision),
+            correction.write_word.eq(self.tables.write_word),
+            rom_check.restart.eq(self.tables.check),
+            rom_check.identity_address.eq(self.tables.address),
+            rom_check.write_identity.eq(self.tables.write_identity),
+            rom_check.write_word.eq(self.tables.write_word),
+            self.tables.identity_word.eq(rom_check.identity_word),
+            self.tables.crc32.eq(rom_check.table_crc32),
+            self.tables.checking.eq(rom_check.busy),
+            self.tables.good.eq(rom_check.good),
             rom_check.line_word.eq(correction.line_word),
             rom_check.subdivision_word.eq(correction.subdivision_word),
         ]
@@ -236,7 +287,10 @@ class ReferenceEncoder(wiring.Component):
             watch.rom_fault.eq(rom_check.fault),
             watch.raw_position.eq(self.raw_position),
             watch.words.eq(time.words),
-            watch.clear.eq(spi.clear_flags),
+            watch.clear.eq(spi.clear_flags | self.clear_flags),
+            self.causes.eq(watch.causes),
+            self.words.eq(time.words),
+            self.index.eq(index_detector.index),
             self.homed.eq(watch.homed_out),
             self.illegal_steps.eq(watch.illegal_steps),
             self.closure_error.eq(watch.closure_error),
@@ -248,11 +302,13 @@ class ReferenceEncoder(wiring.Component):
             self.flags.eq(watch.flags),
         ]
 
+        connect(m, spi.registers, flipped(self.spi_registers))
         m.d.comb += [
             spi.sck.eq(self.spi_sck),
             spi.cs_n.eq(self.spi_cs_n),
             spi.copi.eq(self.spi_copi),
             self.spi_cipo.eq(spi.cipo),
+            self.chip_select.eq(spi.chip_select),
             spi.angle.eq(self.position[:ANGLE_BITS]),
             spi.turns.eq(self.position[ANGLE_BITS:]),
             spi.homed.eq(self.homed),

@@ -82,17 +82,25 @@ class RomCheck(wiring.Component):
         self.identity_words = identity_words
         super().__init__(
             {
+                "restart": In(1),
                 "busy": Out(1, init=1),
                 "address": Out(self.SMALL_BITS + exact_log2(LINES_PER_TURN)),
                 "line_word": In(16),
                 "subdivision_word": In(16),
                 "good": Out(1),
                 "fault": Out(1),
+                "table_crc32": Out(32),
+                "identity_address": In(exact_log2(IDENTITY_WORDS)),
+                "identity_word": Out(16),
+                "write_identity": In(1),
+                "write_word": In(16),
             }
         )
 
+    restart: In
+    """1 for one clock, not while `busy`: check the tables again."""
     busy: Out
-    """1 from reset until the verdict."""
+    """1 from reset, or `restart`, until the verdict."""
     address: Out
     """Cell number whose words `line_word` and `subdivision_word` are, `READ_CLOCKS` clocks later."""
     line_word: In
@@ -103,6 +111,16 @@ class RomCheck(wiring.Component):
     """1 once all tables were found good."""
     fault: Out
     """1 for one clock, the first with `busy` low, when a table was found bad."""
+    table_crc32: Out
+    """CRC-32 of the tables as the identity states it."""
+    identity_address: In
+    """Word of the identity that is wanted, or written, while not `busy`."""
+    identity_word: Out
+    """The word, 1 + `TABLE_CLOCKS` clocks later."""
+    write_identity: In
+    """1 to write `write_word` at `identity_address`."""
+    write_word: In
+    """The word to write."""
 
     def elaborate(self, platform):
         m = Module()
@@ -150,12 +168,18 @@ class RomCheck(wiring.Component):
             with m.State("TABLE_END"):
                 m.d.comb += ends_tables.eq(1)
                 m.next = "WAIT"
-            with m.State("WAIT"):
-                pass
+            with m.State("WAIT"), m.If(self.restart):
+                m.d.sync += [self.busy.eq(1), self.good.eq(0)]
+                m.next = "START"
 
         # The identity is read a clock later than the others are, whose address goes through the correction first.
         identity_address = delayed(m, place, READ_CLOCKS - TABLE_CLOCKS - 1, name="identity_place")
-        m.d.sync += identity.address.eq(identity_address)
+        m.d.sync += [
+            identity.address.eq(Mux(self.busy, identity_address, self.identity_address)),
+            identity.write.eq(self.write_identity),
+            identity.write_data.eq(self.write_word),
+        ]
+        m.d.comb += self.identity_word.eq(identity.data)
         from_identity = takes & ~(source_line | source_subdivision | source_crc)
         sources = [from_identity, source_line, source_subdivision, source_crc]
         tags = delayed(m, Cat(takes, *sources, ends_identity, ends_tables, restarts), READ_CLOCKS, name="read")
@@ -182,7 +206,8 @@ class RomCheck(wiring.Component):
                 judges.eq(in_identity & at_magic),
             ]
             misfits.append(judges & wrong)
-        m.d.sync += magic_good.eq(magic_good & ~Cat(misfits).any())
+        m.d.sync += magic_good.eq((magic_good & ~Cat(misfits).any()) | self.restart)
+        m.d.comb += self.table_crc32.eq(table_crc)
 
         word = Signal(16, reset_less=True)
         m.d.sync += word.eq(

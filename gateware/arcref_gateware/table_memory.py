@@ -10,6 +10,8 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
+from arcref_gateware.memory_attributes import NO_COLLISION
+
 TABLE_CLOCKS = 2
 """Clocks from an address to its word: the memory's own register, and one behind its slow output."""
 
@@ -32,29 +34,48 @@ def is_ecp5(platform) -> bool:
 
 
 class TableMemory(wiring.Component):
-    """A read-only table of 16-bit words, `TABLE_CLOCKS` clocks from address to word.
+    """A table of 16-bit words, `TABLE_CLOCKS` clocks from address to word.
 
     `words` holds its contents, 0..65535 each; their number is a power of two.
     """
 
     def __init__(self, words):
         self.words = [int(word) & 0xFFFF for word in words]
-        super().__init__({"address": In(exact_log2(len(self.words))), "data": Out(WORD_BITS)})
+        super().__init__(
+            {
+                "address": In(exact_log2(len(self.words))),
+                "data": Out(WORD_BITS),
+                "write": In(1),
+                "write_data": In(WORD_BITS),
+            }
+        )
 
     address: In
     """Word to read."""
     data: Out
     """The word, `TABLE_CLOCKS` clocks after its address."""
+    write: In
+    """1 to put `write_data` at `address`; what is read in that clock is not to be used."""
+    write_data: In
+    """The word to write."""
 
     def elaborate(self, platform):
         m = Module()
         if is_ecp5(platform) and len(self.words) <= max(DP16KD_WORDS.values()):
             self._place_block_rams(m)
         else:
-            m.submodules.memory = memory = Memory(shape=WORD_BITS, depth=len(self.words), init=self.words)
-            port = memory.read_port()
-            m.d.comb += [port.en.eq(1), port.addr.eq(self.address)]
-            m.d.sync += self.data.eq(port.data)
+            m.submodules.memory = memory = Memory(
+                shape=WORD_BITS, depth=len(self.words), init=self.words, attrs=NO_COLLISION
+            )
+            port, write = memory.read_port(domain="comb"), memory.write_port()
+            word = Signal(WORD_BITS, reset_less=True)
+            m.d.comb += [
+                port.addr.eq(self.address),
+                write.en.eq(self.write),
+                write.addr.eq(self.address),
+                write.data.eq(self.write_data),
+            ]
+            m.d.sync += [word.eq(port.data), self.data.eq(word)]
         return m
 
     def _place_block_rams(self, m: Module) -> None:
@@ -63,13 +84,13 @@ class TableMemory(wiring.Component):
         for low in range(0, WORD_BITS, width):
             bits = min(width, WORD_BITS - low)
             part = [word >> low & (1 << bits) - 1 for word in self.words]
-            ram, data = block_ram(self.address, width, part)
+            ram, data = block_ram(self.address, width, part, self.write, self.write_data[low : low + bits])
             m.submodules[f"bits{low}"] = ram
             m.d.comb += self.data[low : low + bits].eq(data)
 
 
-def block_ram(address, width: int, words) -> tuple[Instance, Signal]:
-    """One ECP5 block RAM as a ROM with its output register, and its data output of `width` bits."""
+def block_ram(address, width: int, words, write, write_data) -> tuple[Instance, Signal]:
+    """One ECP5 block RAM with its output register, one port for both ways, and its data output of `width` bits."""
     data = Signal(18)
     line = Cat(Const(0, DP16KD_ADDRESS_BITS - exact_log2(DP16KD_WORDS[width])), address)
     line = Cat(line, Const(0, DP16KD_ADDRESS_BITS - len(line)))
@@ -77,9 +98,10 @@ def block_ram(address, width: int, words) -> tuple[Instance, Signal]:
     ports |= {f"i_ADB{bit}": Const(0) for bit in range(DP16KD_ADDRESS_BITS)}
     ports |= {f"o_DOA{bit}": data[bit] for bit in range(18)}
     for port, on in (("A", 1), ("B", 0)):
-        ports |= {f"i_DI{port}{bit}": Const(0) for bit in range(18)}
+        written = Cat(write_data, Const(0, 18 - len(write_data))) if on else Const(0, 18)
+        ports |= {f"i_DI{port}{bit}": written[bit] for bit in range(18)}
         ports |= {f"i_CS{port}{bit}": Const(0) for bit in range(3)}
-        ports |= {f"i_WE{port}": Const(0), f"i_RST{port}": Const(0)}
+        ports |= {f"i_WE{port}": write if on else Const(0), f"i_RST{port}": Const(0)}
         ports |= {f"i_CE{port}": Const(on), f"i_OCE{port}": Const(on)}
     ram = Instance(
         "DP16KD",

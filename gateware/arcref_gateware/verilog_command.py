@@ -8,9 +8,9 @@ import click
 from arcref.atomic_file import write_files
 from arcref.input_error import InputError
 from arcref.rom_image import load_rom
+from arcref_gateware.connected_encoder import ConnectedEncoder
 from arcref_gateware.latency import LATENCY_CLOCKS
 from arcref_gateware.quadrature import SAMPLES_PER_WORD
-from arcref_gateware.reference_encoder import ReferenceEncoder
 from arcref_gateware.strobe_delay import STROBE_DELAY_BITS
 from arcref_gateware.verilog_export import describe_core, export_verilog
 
@@ -52,7 +52,7 @@ def verilog(samples, rom_path, output, strobe_delay, gate):
         raise InputError(f"{output}: the name of a Verilog file must end in .v")
     if description.resolve() == rom_path.resolve():
         raise InputError(f"{output}: its description {description} would replace the ROM image; choose another name")
-    core = ReferenceEncoder(
+    core = ConnectedEncoder(
         load_rom(rom_path),
         int(samples),
         gate_state=(int(gate[0]), int(gate[1])),

@@ -56,6 +56,7 @@ class Watch(wiring.Component):
                 "first_illegal_position": Out(signed(POSITION_BITS)),
                 "first_illegal_time": Out(POSITION_BITS),
                 "flags": Out(8),
+                "causes": Out(8),
             }
         )
 
@@ -105,6 +106,8 @@ class Watch(wiring.Component):
     """First sample of that word, in sample periods since reset."""
     flags: Out
     """The flag byte, see `arcref.flags.Flag`."""
+    causes: Out
+    """Bit n: the cause of flag n was there in the word; with `flags`."""
 
     def elaborate(self, platform):
         m = Module()
@@ -176,6 +179,7 @@ class Watch(wiring.Component):
             cause(Flag.ILLEGAL_STEP, self.illegal.any(), STEPS_READY),
             flag_register.clear.eq(delayed(m, self.clear, 1, name="clear")),
             self.flags.eq(flag_register.flags),
+            self.causes.eq(delayed(m, flag_register.raised, 1, name="causes")),
             self.homed_out.eq(delayed(m, self.homed, LATENCY_CLOCKS - WAY_BACK_READY, name="homed_out")),
             self.illegal_steps.eq(illegal.count),
             self.closure_error.eq(closure.closure_error),

@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from arcref.error_curve import ErrorCurve
     from arcref.flags import Flag
     from arcref.input_error import InputError
+    from arcref.instrument.encoder import Encoder
+    from arcref.instrument_error import InstrumentError
     from arcref.position_frame import PositionFrame
     from arcref.radial_basis_network import RadialBasisNetwork
     from arcref.rom_image import load_rom, save_rom
@@ -19,9 +21,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CorrectionRom",
+    "Encoder",
     "ErrorCurve",
     "Flag",
     "InputError",
+    "InstrumentError",
     "PositionFrame",
     "RadialBasisNetwork",
     "__version__",
@@ -31,9 +35,11 @@ __all__ = [
 
 _HOME = {
     "CorrectionRom": "arcref.correction_rom",
+    "Encoder": "arcref.instrument.encoder",
     "ErrorCurve": "arcref.error_curve",
     "Flag": "arcref.flags",
     "InputError": "arcref.input_error",
+    "InstrumentError": "arcref.instrument_error",
     "PositionFrame": "arcref.position_frame",
     "RadialBasisNetwork": "arcref.radial_basis_network",
     "load_rom": "arcref.rom_image",

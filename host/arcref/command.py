@@ -13,6 +13,7 @@ from importlib.metadata import entry_points
 import click
 
 from arcref.input_error import InputError
+from arcref.instrument_error import InstrumentError
 from arcref.verb_group import BadInput, VerbGroup, extra_of, missing_package
 
 ENTRY_POINT_GROUP = "arcref.commands"
@@ -20,11 +21,24 @@ ENTRY_POINT_GROUP = "arcref.commands"
 HOST_VERBS = {
     "calibrate": "arcref.calibration.calibrate_command:calibrate",
     "rom": "arcref.rom_command:rom",
+    "info": "arcref.instrument.info_command:info",
+    "read": "arcref.instrument.read_command:read",
+    "capture": "arcref.instrument.capture_command:capture",
+    "watch": "arcref.instrument.watch_command:watch",
+    "zero-return": "arcref.instrument.zero_return_command:zero_return",
+    "registers": "arcref.instrument.registers_command:registers",
+    "compare": "arcref.comparison.compare_command:compare",
 }
 """Verbs of the host: name and `module:function`."""
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C, as shells have it."""
+
+
+class InstrumentFailed(BadInput):
+    """An `InstrumentError` as click shows it: one line, exit status 1."""
+
+    exit_code = 1
 
 
 class MainGroup(VerbGroup):
@@ -36,6 +50,8 @@ class MainGroup(VerbGroup):
             return super().invoke(ctx)
         except InputError as error:
             raise BadInput(str(error)) from error
+        except InstrumentError as error:
+            raise InstrumentFailed(str(error)) from error
         except ModuleNotFoundError as error:
             if extra_of(error.name) is None:
                 raise

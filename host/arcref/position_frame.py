@@ -74,6 +74,12 @@ COMMAND_NONE = 0x00
 COMMAND_CLEAR_FLAGS = 0xC1
 """Command byte that clears the fault flags whose bits are 1 in the argument byte."""
 
+COMMAND_READ_REGISTER = 0xA6
+"""Command byte that asks for the word at an address of the registers."""
+
+COMMAND_WRITE_REGISTER = 0x5A
+"""Command byte that writes a word at an address of the registers."""
+
 
 def _crc8_table() -> tuple[int, ...]:
     table = []
@@ -187,6 +193,53 @@ def encode_clear_flags(mask: int) -> bytes:
         raise ValueError(f"the mask of flags is {mask}, it must lie in 0 .. 255")
     payload = bytes([COMMAND_CLEAR_FLAGS, int(mask), 0, 0, 0, 0, 0])
     return payload + bytes([crc8_autosar(payload)])
+
+
+def encode_read_register(address: int) -> bytes:
+    """The eight bytes a master sends to read the register word at `address`: command, address (high byte first), zeros
+    and CRC. The answer comes in a frame of its own, see `RegisterFrame`. Raises `OverflowError` for no address.
+    """
+    payload = bytes([COMMAND_READ_REGISTER]) + int(address).to_bytes(2, "big") + bytes(4)
+    return payload + bytes([crc8_autosar(payload)])
+
+
+def encode_write_register(address: int, word: int) -> bytes:
+    """The eight bytes a master sends to write `word` at `address`: command, address, word, zeros and CRC, high bytes
+    first. Raises `OverflowError` for what is not 16 bits.
+    """
+    payload = bytes([COMMAND_WRITE_REGISTER]) + int(address).to_bytes(2, "big") + int(word).to_bytes(2, "big")
+    payload += bytes(2)
+    return payload + bytes([crc8_autosar(payload)])
+
+
+@dataclass(frozen=True)
+class RegisterFrame:
+    """The answer to a register command, sent once in place of the next position frame that begins when it is ready.
+
+    Bytes: the command (1), status (1), address (2), word (2, that was read or written), frame counter (1), and the
+    CRC-8 of these *inverted*, so that no answer passes for a position, nor a position for an answer.
+    """
+
+    command: int
+    status: int
+    address: int
+    word: int
+    frame_counter: int
+
+    def encode(self) -> bytes:
+        """The eight bytes on the wire, first byte first."""
+        payload = bytes([self.command, self.status]) + self.address.to_bytes(2, "big") + self.word.to_bytes(2, "big")
+        payload += bytes([self.frame_counter])
+        return payload + bytes([crc8_autosar(payload) ^ 0xFF])
+
+    @classmethod
+    def decode(cls, data: bytes) -> "RegisterFrame":
+        """Read eight bytes. Raises `FrameError` when they are no answer to a register command."""
+        data = bytes(data)
+        if len(data) != FRAME_BYTES or data[-1] != crc8_autosar(data[:-1]) ^ 0xFF:
+            raise FrameError(f"{data.hex()} is no answer to a register command")
+        address, word = int.from_bytes(data[2:4], "big"), int.from_bytes(data[4:6], "big")
+        return cls(data[0], data[1], address, word, data[6])
 
 
 assert FRAME_FIELD["angle"].width == ANGLE_BITS

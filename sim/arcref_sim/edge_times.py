@@ -1,6 +1,6 @@
 """Edges of A, B and Z from a motion: when each comes, solved exactly, in chunks that keep the memory small."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,7 +33,8 @@ class EdgeSource:
     def __init__(
         self, motion: Motion, graduation: GraduationError, waves: SquareWaves, zero_mark: ZeroMark, seed: int = 0
     ):
-        self._motion, self._graduation, self._waves, self._zero_mark = motion, graduation, waves, zero_mark
+        self._motion, self._graduation, self._waves = motion, graduation, waves
+        self.zero_mark = zero_mark
         self._seed = seed
         self.start_reading = float(graduation.reading_at(motion.start_counts))
         self.start_count = int(waves.count_at_reading(self.start_reading))
@@ -42,9 +43,13 @@ class EdgeSource:
         else:
             self.start_z = int(zero_mark.level_at(self.start_reading))
 
-    def chunks(self) -> Iterator[Edges]:
-        """All edges after time 0 in chunks."""
-        source = self._conversions() if self._waves.conversion_interval_ns else self._continuous()
+    def chunks(self, segments: Iterable | None = None) -> Iterator[Edges]:
+        """All edges after time 0 in chunks.
+
+        `segments` replaces those of the motion, one after the other as they are asked for, so that a motion may be
+        made up as it goes; an empty chunk follows each of them. With a conversion interval there is no such row.
+        """
+        source = self._conversions() if self._waves.conversion_interval_ns else self._continuous(segments)
         random = np.random.default_rng(self._seed)
         last_s = -np.inf
         z = self.start_z
@@ -52,7 +57,7 @@ class EdgeSource:
             time_s = self._shape(time_s, last_s, random)
             before_s, last_s = last_s, time_s[-1] if len(time_s) else last_s
             if self._waves.conversion_interval_ns:
-                yield Edges(time_s, count, self._zero_mark.level_at(count + 0.5))
+                yield Edges(time_s, count, self.zero_mark.level_at(count + 0.5))
                 continue
             level = np.full(len(time_s), z, dtype=np.uint8)
             if len(z_times_s):
@@ -83,10 +88,10 @@ class EdgeSource:
         level = np.insert(level, place, (z + 1 + np.arange(len(z_times_s))) & 1).astype(np.uint8)
         return time_s, np.insert(count, place, before[place]), level
 
-    def _continuous(self):
+    def _continuous(self, segments: Iterable | None):
         """Times (s) and counts of the edges of A and B, with the times of the edges of Z that fall among them."""
         count, begin_s, begin_reading = self.start_count, 0.0, self.start_reading
-        for segment in self._motion.segments:
+        for segment in self._motion.segments if segments is None else segments:
             end = self._graduation.reading_at(segment.counts_at(segment.duration_s))
             end_reading = float(self._waves.shown_reading(begin_reading, [end])[0])
             direction = segment.direction
@@ -113,6 +118,8 @@ class EdgeSource:
                 count += direction * number
             begin_s += segment.duration_s
             begin_reading = end_reading
+            if segments is not None:
+                yield np.zeros(0), np.zeros(0, np.int64), np.zeros(0)
 
     def _true_at_edges(self, low: int, number: int, lag: float) -> np.ndarray:
         """True angles of the edges between count k - 1 and k for k from `low` on, rising."""
@@ -125,7 +132,7 @@ class EdgeSource:
     def _z_times(self, segment, begin_reading: float, end_reading: float, lag: float) -> np.ndarray:
         """Times of the edges of Z from the start of a segment, rising."""
         low, high = sorted((begin_reading, end_reading))
-        edges = self._zero_mark.intervals(low, high).reshape(-1)
+        edges = self.zero_mark.intervals(low, high).reshape(-1)
         # Forward an edge belongs to the segment that reaches it; in reverse, to the one that leaves it: as level_at.
         if segment.direction > 0:
             edges = edges[(edges > low) & (edges <= high)]

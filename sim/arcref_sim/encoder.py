@@ -100,11 +100,11 @@ class SyntheticEncoder:
             held.append((sample, chunk.count, chunk.z))
             # The last sample may get more edges from the next chunk, so a piece is cut only behind it.
             while start is not None and sample[-1] >= min(start + samples_per_piece, end):
-                left, piece = self._cut(held, start, min(start + samples_per_piece, end), overlay)
+                left, piece = cut_piece(held, start, min(start + samples_per_piece, end), overlay)
                 held, start = [left], next(starts, None)
                 yield piece
         while start is not None:
-            left, piece = self._cut(held, start, min(start + samples_per_piece, end), overlay)
+            left, piece = cut_piece(held, start, min(start + samples_per_piece, end), overlay)
             held, start = [left], next(starts, None)
             yield piece
 
@@ -115,27 +115,31 @@ class SyntheticEncoder:
     def _source(self) -> EdgeSource:
         return EdgeSource(self.motion, self.graduation, self.waves, self.zero_mark, self.seed)
 
-    def _cut(self, held: list, start: int, end: int, overlay: LineOverlay):
-        """Takes the samples from `start` up to `end` off the held edges; returns what is left, and the piece."""
-        held = [np.concatenate(arrays) for arrays in zip(*held, strict=True)]
-        behind = int(np.searchsorted(held[0], end))
-        sample, count, z = (array[:behind] for array in held)
-        left = [array[max(behind - 1, 0) :].copy() for array in held]
-        left[0][0] = max(left[0][0], end)  # the next piece begins with the state that this one ends with
-        last = np.append(sample[1:] != sample[:-1], True)
-        if not last.all():
-            sample, count, z = sample[last], count[last], z[last]
-        line_sample, line_count, line_z = sample, count, z
-        borders = overlay.borders(start, end)
-        borders = borders[sample[np.searchsorted(sample, borders, side="right") - 1] != borders]
-        if len(borders):
-            place = np.searchsorted(sample, borders)
-            line_sample = np.insert(sample, place, borders)
-            line_count, line_z = np.insert(count, place, count[place - 1]), np.insert(z, place, z[place - 1])
-        line_count = line_count + overlay.shift(start, end, line_sample)
-        state = AB_OF_LOW_BYTE.take(line_count.astype(np.uint8)) | (line_z << Z_BIT)
-        overlay.apply(start, end, line_sample, state)
-        changed = np.append(True, state[1:] != state[:-1])
-        if not changed.all():
-            line_sample, state = line_sample[changed], state[changed]
-        return tuple(left), EncoderPiece(SignalChanges(line_sample, state, end), sample, count)
+
+def cut_piece(held: list, start: int, end: int, overlay: LineOverlay):
+    """Takes the samples from `start` up to `end` off the held edges; returns what is left, and the piece.
+
+    `held` is a row of (samples, counts, Z) of edges, in order, the first of them at or before `start`.
+    """
+    held = [np.concatenate(arrays) for arrays in zip(*held, strict=True)]
+    behind = int(np.searchsorted(held[0], end))
+    sample, count, z = (array[:behind] for array in held)
+    left = [array[max(behind - 1, 0) :].copy() for array in held]
+    left[0][0] = max(left[0][0], end)  # the next piece begins with the state that this one ends with
+    last = np.append(sample[1:] != sample[:-1], True)
+    if not last.all():
+        sample, count, z = sample[last], count[last], z[last]
+    line_sample, line_count, line_z = sample, count, z
+    borders = overlay.borders(start, end)
+    borders = borders[sample[np.searchsorted(sample, borders, side="right") - 1] != borders]
+    if len(borders):
+        place = np.searchsorted(sample, borders)
+        line_sample = np.insert(sample, place, borders)
+        line_count, line_z = np.insert(count, place, count[place - 1]), np.insert(z, place, z[place - 1])
+    line_count = line_count + overlay.shift(start, end, line_sample)
+    state = AB_OF_LOW_BYTE.take(line_count.astype(np.uint8)) | (line_z << Z_BIT)
+    overlay.apply(start, end, line_sample, state)
+    changed = np.append(True, state[1:] != state[:-1])
+    if not changed.all():
+        line_sample, state = line_sample[changed], state[changed]
+    return tuple(left), EncoderPiece(SignalChanges(line_sample, state, end), sample, count)

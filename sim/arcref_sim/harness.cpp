@@ -9,15 +9,12 @@
 #include <cstring>
 
 #include "core_ports.inc"
+#include "core_stimulus.hpp"
 
 namespace {
 
-constexpr int N = SAMPLES_PER_WORD;
-constexpr uint32_t ALL_SAMPLES = (1u << N) - 1;
-
 // When the resting blocks may rest; each bound is far more than the block needs to settle.
 constexpr int64_t ROM_CHECK_CLOCKS = FIRST_CORRECTED_WORD + 64;
-constexpr int64_t SPI_CLOCKS_AFTER_FRAME = 16;
 constexpr int64_t STROBE_CLOCKS_AFTER_CHANGE = 65536 / N + 64;  // the longest delay
 
 // The records are read as NumPy arrays, so they must stay packed and in the order of the dtypes in core_log.py.
@@ -36,22 +33,7 @@ struct StatusChange {
 struct Capture {
     int64_t clock, position, raw_position, time;
 };
-struct SpiFrame {
-    int64_t clock;  // the first clock that sees chip select low
-    int64_t bits;
-    uint8_t data[8];
-};
 #pragma pack(pop)
-
-// A log in the caller's memory. What does not fit is counted but not kept, and the caller sees that.
-template <class Record> struct Log {
-    Record* records;
-    int64_t capacity, used;
-    void add(const Record& record) {
-        if (used < capacity) records[used] = record;
-        used++;
-    }
-};
 
 struct Run {
     const int64_t* change_time;  // in samples; the last one is followed by a time that no run reaches
@@ -63,76 +45,8 @@ struct Run {
     Log<SpiFrame> frames;
 };
 
-// Frames that the SPI controller is asked for. Times are in word clocks.
-struct SpiPlan {
-    const int64_t* start;  // chip select falls then, or as soon after as the frame before allows
-    const int64_t* bits;   // chip select rises after so many bits; 64 for a whole frame
-    const uint8_t* sent;   // eight bytes a frame
-    int64_t frames;
-    int64_t half_period_256ths;  // of SCK, in 1/256 word clock
-    int64_t lead, gap;           // chip select to the first rising edge; chip select high between frames
-};
-
 int64_t signed_48(uint64_t value) { return int64_t(value << 16) >> 16; }
 int32_t signed_24(uint32_t value) { return int32_t(value << 8) >> 8; }
-
-// SPI controller, mode 0: it samples CIPO as it raises SCK and changes COPI as it lowers it.
-class SpiController {
-  public:
-    static constexpr int64_t NEVER = INT64_MAX;
-    int64_t next_clock = NEVER;
-    int64_t runs_until = SPI_CLOCKS_AFTER_FRAME;  // the core's SPI port has nothing to do from then on
-
-    bool plan(const SpiPlan& plan, int64_t now) {
-        if (selected_) return false;
-        plan_ = plan;
-        frame_ = 0;
-        begin_next(now);
-        return true;
-    }
-
-    void step(Pins& pins, int64_t clock, Log<SpiFrame>& log) {
-        if (!selected_) {
-            selected_ = true;
-            runs_until = NEVER;
-            half_ = 0;
-            first_edge_ = clock + plan_.lead;
-            record_ = {clock, plan_.bits[frame_], {}};
-            pins.spi_cs_n = 0;
-            pins.spi_copi = sent_bit(0);
-        } else if (half_ == 2 * record_.bits) {
-            pins.spi_cs_n = 1;
-            log.add(record_);
-            selected_ = false;
-            runs_until = clock + SPI_CLOCKS_AFTER_FRAME;
-            frame_++;
-            begin_next(clock + plan_.gap);
-            return;
-        } else {
-            int64_t bit = half_ / 2;
-            bool rises = half_ % 2 == 0;
-            if (rises) record_.data[(bit / 8) & 7] |= uint8_t(pins.spi_cipo << (7 - bit % 8));
-            else pins.spi_copi = sent_bit(bit + 1);
-            pins.spi_sck = rises;
-            half_++;
-        }
-        next_clock = first_edge_ + (half_ * plan_.half_period_256ths >> 8);
-    }
-
-  private:
-    SpiPlan plan_{};
-    SpiFrame record_{};
-    int64_t frame_ = 0, half_ = 0, first_edge_ = 0;
-    bool selected_ = false;
-
-    void begin_next(int64_t earliest) {
-        if (frame_ >= plan_.frames) next_clock = NEVER;
-        else next_clock = plan_.start[frame_] > earliest ? plan_.start[frame_] : earliest;
-    }
-    int sent_bit(int64_t bit) const {
-        return bit < 64 ? plan_.sent[8 * frame_ + bit / 8] >> (7 - bit % 8) & 1 : 0;
-    }
-};
 
 struct Core {
     VerilatedContext context;
@@ -152,25 +66,6 @@ struct Core {
         raise_clocks(pins);
     }
 };
-
-uint32_t spread(uint32_t state, int line) { return state >> line & 1 ? ALL_SAMPLES : 0; }
-
-// Sets the inputs to the word that starts at `sample`; moves `change` past the changes in it.
-void set_word(Core& core, const Run& run, int64_t sample, int64_t& change) {
-    uint32_t line[4];
-    for (int i = 0; i < 4; i++) line[i] = spread(core.state, i);
-    while (run.change_time[change] < sample + N) {
-        uint32_t from_here = ALL_SAMPLES << (run.change_time[change] - sample) & ALL_SAMPLES;
-        uint32_t state = run.change_state[change++];
-        if ((state ^ core.state) >> 3) core.strobe_until = core.clock + STROBE_CLOCKS_AFTER_CHANGE;
-        core.state = state;
-        for (int i = 0; i < 4; i++) line[i] = (line[i] & ~from_here) | (spread(core.state, i) & from_here);
-    }
-    core.pins.a = line[0];
-    core.pins.b = line[1];
-    core.pins.z = line[2];
-    core.pins.strobe = line[3];
-}
 
 inline void log_outputs(Core& core, Run& run) {
     const Pins& pins = core.pins;
@@ -211,7 +106,10 @@ void arcref_run(Core* core, Run* run) {
     for (; core->clock < end; core->clock++) {
         int64_t sample = core->clock * N;
         bool changes = run->change_time[change] < sample + N;
-        if (changes | mixed) set_word(*core, *run, sample, change);
+        if (changes | mixed) {
+            bool strobed = set_word(core->pins, core->state, run->change_time, run->change_state, sample, change);
+            if (strobed) core->strobe_until = core->clock + STROBE_CLOCKS_AFTER_CHANGE;
+        }
         mixed = changes;
         if (core->clock == core->spi.next_clock) core->spi.step(core->pins, core->clock, run->frames);
         const bool strobe_runs = core->clock < core->strobe_until;

@@ -53,15 +53,15 @@ def output_ports(description: dict) -> list[str]:
     return [name for name in description["ports"] if name not in inputs]
 
 
-def simulation_top(description: dict, *, plain: bool) -> str:
+def simulation_top(description: dict, *, plain: bool, resting: tuple[str, ...] = RESTING_BLOCKS) -> str:
     """Verilog of a module with the core's ports. Unless `plain`, the core starts from its power-up values without
-    a reset port, and the resting blocks have their own clocks.
+    a reset port, and the blocks `resting` have their own clocks.
     """
     inputs = input_ports(description)
     ports = {name: width for name, width in description["ports"].items() if plain or name != "rst"}
     if not plain:
-        ports |= {f"clk_{block}": 1 for block in RESTING_BLOCKS}
-        inputs = [*inputs, *(f"clk_{block}" for block in RESTING_BLOCKS)]
+        ports |= {f"clk_{block}": 1 for block in resting}
+        inputs = [*inputs, *(f"clk_{block}" for block in resting)]
     declared = [
         f"    {'input' if name in inputs else 'output'} wire [{width - 1}:0] {name}" for name, width in ports.items()
     ]
@@ -72,7 +72,7 @@ def simulation_top(description: dict, *, plain: bool) -> str:
     return f"module {TOP_MODULE} (\n" + ",\n".join(declared) + f"\n);\n{core}\nendmodule\n"
 
 
-def harness_ports(description: dict, *, plain: bool) -> str:
+def harness_ports(description: dict, *, plain: bool, resting: tuple[str, ...] = RESTING_BLOCKS) -> str:
     """C++ of `core_ports.inc`: the ports of this core, and how the harness clocks it.
 
     `plain` evaluates both edges through Verilator's public call and keeps the reset port.
@@ -81,10 +81,10 @@ def harness_ports(description: dict, *, plain: bool) -> str:
     lines += [f'#define MODEL_SOURCE "{FAST_PART}"', f"using Model = {MODEL};", f"using Pins = {MODEL}___024root;"]
     lines += [f"constexpr int SAMPLES_PER_WORD = {description['samples_per_word']};"]
     lines += [f"constexpr int64_t FIRST_CORRECTED_WORD = {description['first_corrected_word']};"]
-    runs = "".join(f", bool {block}_runs" for block in RESTING_BLOCKS)
+    runs = "".join(f", bool {block}_runs" for block in resting)
     if plain:
         lines += ["#define HAS_RESET"]
-        lines += ["inline void eval_clock(Model& model" + "".join(f", bool /*{b}*/" for b in RESTING_BLOCKS) + ") {"]
+        lines += ["inline void eval_clock(Model& model" + "".join(f", bool /*{b}*/" for b in resting) + ") {"]
         lines += ["    model.clk = 1;", "    model.eval();", "    model.clk = 0;", "    model.eval();", "}"]
     else:
         # One evaluation a clock: the model is told that a clock was low before, in place of evaluating a falling edge
@@ -93,10 +93,10 @@ def harness_ports(description: dict, *, plain: bool) -> str:
         lines += [f"void {MODEL}___024root___eval({MODEL}___024root*);"]
         lines += [f"inline void eval_clock(Model& model{runs}) {{", "    Pins& pins = *model.rootp;"]
         lines += [f"    pins.{clock_memory('clk')} = 0;"]
-        lines += [f"    pins.{clock_memory(f'clk_{block}')} = !{block}_runs;" for block in RESTING_BLOCKS]
+        lines += [f"    pins.{clock_memory(f'clk_{block}')} = !{block}_runs;" for block in resting]
         lines += [f"    {MODEL}___024root___eval(&pins);", "}"]
     lines += ["inline void raise_clocks(Pins& pins) {"]
-    clocks = [] if plain else ["clk", *(f"clk_{block}" for block in RESTING_BLOCKS)]
+    clocks = [] if plain else ["clk", *(f"clk_{block}" for block in resting)]
     lines += ["    (void)pins;", *(f"    pins.{clock} = 1;" for clock in clocks), "}"]
     readers = [f"    [](const Pins& pins) -> uint64_t {{ return pins.{name}; }}," for name in output_ports(description)]
     lines += ["constexpr uint64_t (*OUTPUT_PORTS[])(const Pins&) = {", *readers, "};"]

@@ -4,12 +4,13 @@ import numpy as np
 
 from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_TURN
 from arcref.flags import Flag
+from arcref.zero_return.result import IndexPass
+from arcref.zero_return.truth_parts import ErrorFigures, ErrorOverTurn, Waveform
 from arcref_gateware.golden.core import POSITION_CHANGE, STATUS_CHANGE
 from arcref_gateware.golden.signal_changes import A_BIT, B_BIT, Z_BIT
 from arcref_sim.core_log import CoreLog
 from arcref_sim.encoder import EncoderPiece, SyntheticEncoder
 from arcref_sim.lost_counts import LostCounts
-from arcref_sim.zero_return_result import ErrorFigures, ErrorOverTurn, IndexPass, Waveform
 
 CELLS_PER_TURN = 720
 READINGS_APART = 16

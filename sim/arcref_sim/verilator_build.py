@@ -1,7 +1,6 @@
 """Compiles a core with Verilator into a shared library, once: the result is kept by a hash of all that went into it."""
 
 import hashlib
-import json
 import os
 import re
 import shutil
@@ -107,22 +106,24 @@ def build_core(verilog: str, description: dict, folder: Path = DEFAULT_BUILD_FOL
     clocked; `plain` keeps all that and evaluates both edges of the clock with Verilator's public call, for checking the
     quick way. Raises `BuildError`, or `InputError` when a tool is missing.
     """
+    top = simulation_top(description, plain=plain)
+    ports = harness_ports(description, plain=plain)
+    return build_library(verilog if plain else with_own_clocks(verilog), top, ports, "harness.cpp", folder)
+
+
+def build_library(verilog: str, top: str, ports: str, harness: str, folder: Path) -> Path:
+    """The shared library of a design and a harness, built unless it is there already.
+
+    `verilog` is the design and `top` the module around it; `ports` becomes `core_ports.inc`; `harness` names the C++
+    file, a path inside this package. Raises as `build_core` does.
+    """
     command, root = verilator_command()
     compiler = compiler_command()
-    harness = files("arcref_sim").joinpath("harness.cpp").read_text(encoding="utf-8")
-    top = simulation_top(description, plain=plain)
-    verilog = verilog if plain else with_own_clocks(verilog)
+    sources = {"core.v": verilog, "top.v": top, "core_ports.inc": ports}
+    for name, place in (("core_stimulus.hpp", "core_stimulus.hpp"), ("harness.cpp", harness)):
+        sources[name] = files("arcref_sim").joinpath(place).read_text(encoding="utf-8")
     tools = [_output([*command, "--version"]), _output([*compiler, "--version"])]
-    parts = [
-        verilog,
-        top,
-        harness,
-        json.dumps(description),
-        *tools,
-        str(plain),
-        harness_ports(description, plain=plain),
-    ]
-    parts += [*VERILATOR_OPTIONS, *FAST_OPTIONS, *SLOW_OPTIONS, *COMMON_OPTIONS]
+    parts = [*sources.values(), *tools, *VERILATOR_OPTIONS, *FAST_OPTIONS, *SLOW_OPTIONS, *COMMON_OPTIONS]
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:20]
     library = Path(folder).resolve() / key / "core.so"
     if library.exists():
@@ -130,15 +131,12 @@ def build_core(verilog: str, description: dict, folder: Path = DEFAULT_BUILD_FOL
     library.parent.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=library.parent.parent, prefix="building-") as work:
         work = Path(work)
-        (work / "core.v").write_text(verilog)
-        (work / "top.v").write_text(top)
-        (work / "harness.cpp").write_text(harness)
-        options = [*VERILATOR_OPTIONS, "--Mdir", "model", "top.v", "core.v"]
-        _run([*command, *options], work, verilator_environment(root))
+        for name, text in sources.items():
+            (work / name).write_text(text, encoding="utf-8")
+        _run([*command, *VERILATOR_OPTIONS, "--Mdir", "model", "top.v", "core.v"], work, verilator_environment(root))
         root_header = (work / "model" / f"{MODEL}___024root.h").read_text()
-        if not plain and clock_memory("clk") not in root_header:
+        if clock_memory("clk") in ports and clock_memory("clk") not in root_header:
             raise BuildError(f"this Verilator names the clock's memory other than {clock_memory('clk')}")
-        (work / "core_ports.inc").write_text(harness_ports(description, plain=plain))
         _compile(work, root, compiler)
         library.parent.mkdir(exist_ok=True)
         os.replace(work / "core.so", library)  # in one step, so that a build cut short is never taken for a whole one

@@ -15,6 +15,7 @@ import numpy as np
 from arcref import __version__
 from arcref.angle import COUNTS_PER_TURN
 from arcref.correction_rom import CorrectionRom
+from arcref.zero_return.result import ZeroReturnResult
 from arcref_gateware.golden.core import CoreModel
 from arcref_gateware.latency import FIRST_CORRECTED_WORD
 from arcref_gateware.reference_encoder import ReferenceEncoder
@@ -26,7 +27,6 @@ from arcref_sim.spi_plan import SNAPSHOT_CLOCKS, SpiPlan, decode_frames
 from arcref_sim.truth_check import TruthCheck
 from arcref_sim.verilated_core import CompiledCore, VerilatedCore
 from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER
-from arcref_sim.zero_return_result import ZeroReturnResult
 
 WORD_CLOCK_HZ = 200e6
 """Word clock of the fastest board; with four samples a word that is 800 M samples/s."""

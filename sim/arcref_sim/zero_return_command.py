@@ -1,25 +1,21 @@
 """`arcref simulate zero-return`: full turns there and back on the simulated core, against the truth."""
 
-import json
 from pathlib import Path
 
 import click
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
-from rich.text import Text
 
-from arcref.atomic_file import write_files
 from arcref.input_error import InputError
 from arcref.output_files import check_outputs
 from arcref.rom_command import read_curve
 from arcref.rom_image import load_rom
 from arcref.rom_provenance import fit_from_provenance
+from arcref.zero_return.outputs import print_result, write_outputs
+from arcref.zero_return.result import ZeroReturnResult
 from arcref_gateware.quadrature import SAMPLES_PER_WORD
 from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER
 from arcref_sim.zero_return import run_zero_return
-from arcref_sim.zero_return_page import figures, zero_return_page
-from arcref_sim.zero_return_result import ZeroReturnResult
 
 FILE = click.Path(path_type=Path)
 
@@ -73,13 +69,8 @@ def zero_return(speed, revolutions, samples, rom_path, curve, json_path, page, b
         samples_per_word=int(samples),
         folder=build_folder,
     )
-    files = {}
-    if page:
-        files[page] = zero_return_page(result).encode()
-    if json_path:
-        files[json_path] = (json.dumps(result.to_json(), indent=2) + "\n").encode()
-    write_files(files)
-    _print(result, page)
+    write_outputs(result, page, json_path)
+    print_result(result, page)
     if not result.passed:
         raise click.exceptions.Exit(1)
 
@@ -98,20 +89,3 @@ def _run_with_bar(rom, curve, **options) -> ZeroReturnResult:
             progress.update(task, description="turning", total=1.0, completed=part)
 
         return run_zero_return(rom, curve, progress=done, **options)
-
-
-def _print(result: ZeroReturnResult, page: Path | None) -> None:
-    """What a person reads at the end."""
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column(no_wrap=True)
-    table.add_column(overflow="fold")
-    for name, value in figures(result):
-        table.add_row(name, Text(value))
-    console = Console(highlight=False)
-    console.print(table)
-    for check in result.checks:
-        if not check.passed:
-            console.print(Text(f"FAILED: {check.sentence} ({check.found})", "red"), soft_wrap=True)
-    if page:
-        console.print(Text(f"page: {page}"), soft_wrap=True)
-    console.print("PASS" if result.passed else "FAIL", style="bold green" if result.passed else "bold red")

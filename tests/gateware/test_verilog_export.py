@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from arcref.correction_rom import CorrectionRom
+from arcref_gateware.connected_encoder import ConnectedEncoder
 from arcref_gateware.core_ports import CORE_PORTS, MODULE_NAME
 from arcref_gateware.latency import LATENCY_CLOCKS
 from arcref_gateware.quadrature import SAMPLES_PER_WORD
-from arcref_gateware.reference_encoder import ReferenceEncoder
 from arcref_gateware.verilog_export import OBSERVED_PORTS, describe_core, export_verilog
 
 DESIGN_INPUTS = {"clk": 1, "rst": 1, "a": 0, "b": 0, "z": 0, "strobe": 0, "spi_sck": 1, "spi_cs_n": 1, "spi_copi": 1}
@@ -33,10 +33,10 @@ DESIGN_OUTPUTS = {
 
 
 @cache
-def core(samples_per_word: int) -> ReferenceEncoder:
+def core(samples_per_word: int) -> ConnectedEncoder:
     rng = np.random.default_rng(3)
     rom = CorrectionRom(rng.integers(-32768, 32768, 4096), rng.integers(-32768, 32768, 512))
-    return ReferenceEncoder(rom, samples_per_word, strobe_delay=4000)
+    return ConnectedEncoder(rom, samples_per_word, strobe_delay=4000)
 
 
 @cache
@@ -108,4 +108,4 @@ def test_the_description_says_what_the_core_is(samples_per_word):
 
 
 def test_the_same_core_gives_the_same_text():
-    assert export_verilog(ReferenceEncoder(core(4).rom, 4, strobe_delay=4000)) == text(4)
+    assert export_verilog(ConnectedEncoder(core(4).rom, 4, strobe_delay=4000)) == text(4)

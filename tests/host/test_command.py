@@ -2,6 +2,7 @@ import doctest
 import importlib
 import os
 import pkgutil
+import re
 import subprocess
 import sys
 from importlib.metadata import EntryPoint
@@ -140,9 +141,11 @@ def test_a_reader_that_has_gone_is_no_failure(tmp_path, examples):
 def test_public_names():
     assert set(package.__all__) == {
         "CorrectionRom",
+        "Encoder",
         "ErrorCurve",
         "Flag",
         "InputError",
+        "InstrumentError",
         "PositionFrame",
         "RadialBasisNetwork",
         "__version__",
@@ -151,8 +154,8 @@ def test_public_names():
     }
     for name in package.__all__:
         assert getattr(package, name) is not None
-    with pytest.raises(AttributeError, match="no attribute 'Encoder'"):
-        package.Encoder  # noqa: B018
+    with pytest.raises(AttributeError, match="no attribute 'Encodre'"):
+        package.Encodre  # noqa: B018
 
 
 MODULES = sorted(module.name for module in pkgutil.iter_modules(package.__path__, "arcref."))

@@ -10,9 +10,9 @@ from conftest import BUILDS
 
 from arcref.correction_rom import CorrectionRom
 from arcref.flags import Flag
+from arcref.zero_return.page import zero_return_page
 from arcref_sim.core_log import Difference
 from arcref_sim.zero_return import run_zero_return
-from arcref_sim.zero_return_page import zero_return_page
 
 
 @pytest.fixture(scope="session")

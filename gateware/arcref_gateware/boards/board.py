@@ -16,6 +16,7 @@ SIGNAL_DIRECTIONS = {
     "spi_cipo": "o",
     "uart_rx": "i",
     "uart_tx": "o",
+    "compare": "o",
     ALIGNMENT: "io",
     "led_homed": "o",
     "led_fault": "o",
@@ -23,7 +24,7 @@ SIGNAL_DIRECTIONS = {
 }
 """Every signal a board can wire: name and direction, seen from the FPGA."""
 
-OPTIONAL_SIGNALS = frozenset({"uart_rx", "uart_tx", "led_homed", "led_fault", "led_heartbeat"})
+OPTIONAL_SIGNALS = frozenset({"uart_rx", "uart_tx", "compare", "led_homed", "led_fault", "led_heartbeat"})
 """Signals that a board may leave out."""
 
 
@@ -81,6 +82,11 @@ class Board:
     seeds: tuple[int, ...] = tuple(range(1, 9))
     synthesis_options: tuple[str, ...] = ()
     web: str = ""
+
+    @property
+    def has_link(self) -> bool:
+        """True for a board that wires both lines of the UART: it gets the registers and captures behind it."""
+        return {"uart_rx", "uart_tx"} <= self.pins.keys()
 
     @property
     def samples_per_s(self) -> float:

@@ -10,7 +10,18 @@ from arcref_gateware.boards.board_platform import port
 from arcref_gateware.boards.instrument import Instrument
 from arcref_gateware.boards.word_domains import add_word_domains
 
-INSTRUMENT_PINS = ("spi_sck", "spi_cs_n", "spi_copi", "spi_cipo", "led_homed", "led_fault", "led_heartbeat")
+INSTRUMENT_PINS = (
+    "spi_sck",
+    "spi_cs_n",
+    "spi_copi",
+    "spi_cipo",
+    "uart_rx",
+    "uart_tx",
+    "compare",
+    "led_homed",
+    "led_fault",
+    "led_heartbeat",
+)
 """Signals of the instrument that go to a pad as they are."""
 
 
@@ -30,6 +41,7 @@ class BoardTop(wiring.Component):
             pattern=alignment_pattern(board),
             self_test=self_test,
             strobe_delay=strobe_delay,
+            has_link=board.has_link,
         )
         super().__init__({})
 

@@ -11,6 +11,7 @@ from arcref.correction_rom import CorrectionRom
 from arcref.flags import FAULT_FLAGS
 from arcref_gateware.boards.alignment_check import AlignmentCheck, AlignmentPattern
 from arcref_gateware.boards.board import SAMPLED_SIGNALS
+from arcref_gateware.connected_encoder import ConnectedEncoder
 from arcref_gateware.reference_encoder import ReferenceEncoder
 
 HEARTBEAT_HZ = 1.0
@@ -37,8 +38,8 @@ class Instrument(wiring.Component):
     """Core with everything around it, over sample words.
 
     `pattern` is what the alignment pad sends, None where no check is needed (one sample a word).
-    `self_test`, a `SelfTest`, puts its generator in place of the samples. Uses the domains of `word_domains`;
-    `hold` must drive the reset of `sync`.
+    `self_test`, a `SelfTest`, puts its generator in place of the samples. `has_link` puts registers, UART, captures
+    and compare output around the core. Uses the domains of `word_domains`; `hold` must drive the reset of `sync`.
     """
 
     def __init__(
@@ -50,12 +51,23 @@ class Instrument(wiring.Component):
         pattern: AlignmentPattern | None = None,
         self_test=None,
         strobe_delay: int = 0,
+        has_link: bool = False,
     ):
         self.samples_per_word = samples_per_word
         self.word_clock_hz = word_clock_hz
         self.pattern = pattern
         self.self_test = self_test
-        self.core = ReferenceEncoder(rom, samples_per_word, strobe_delay=strobe_delay)
+        self.has_link = has_link
+        if has_link:
+            self.core = ConnectedEncoder(
+                rom,
+                samples_per_word,
+                strobe_delay=strobe_delay,
+                word_clock_hz=word_clock_hz,
+                has_test_generator=self_test is not None,
+            )
+        else:
+            self.core = ReferenceEncoder(rom, samples_per_word, strobe_delay=strobe_delay)
         super().__init__(
             {
                 **{name: In(samples_per_word) for name in SAMPLED_SIGNALS},
@@ -66,6 +78,9 @@ class Instrument(wiring.Component):
                 "spi_cs_n": In(1, init=1),
                 "spi_copi": In(1),
                 "spi_cipo": Out(1),
+                "uart_rx": In(1, init=1),
+                "uart_tx": Out(1, init=1),
+                "compare": Out(1),
                 "led_homed": Out(1),
                 "led_fault": Out(1),
                 "led_heartbeat": Out(1),
@@ -94,6 +109,12 @@ class Instrument(wiring.Component):
     """SPI data from the controller."""
     spi_cipo: Out
     """SPI data to the controller."""
+    uart_rx: In
+    """UART from the host."""
+    uart_tx: Out
+    """UART to the host; 1 without the link."""
+    compare: Out
+    """The compare output; 0 without the link."""
     led_homed: Out
     """1 once the first zero mark has set the zero."""
     led_fault: Out
@@ -128,6 +149,12 @@ class Instrument(wiring.Component):
             core.spi_copi.eq(self.spi_copi),
             self.spi_cipo.eq(core.spi_cipo),
         ]
+        if self.has_link:
+            m.d.comb += [
+                core.uart_rx.eq(self.uart_rx),
+                self.uart_tx.eq(core.uart_tx),
+                self.compare.eq(core.compare),
+            ]
         # What no pin shows yet stays in the design, so that its figures are those of the whole core.
         unread = Cat(getattr(core, name) for name in UNREAD_OUTPUTS)
         observed = Signal(len(unread), reset_less=True, attrs={"keep": "true"})

@@ -7,8 +7,9 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from arcref_gateware.golden.signal_changes import A_BIT, B_BIT, Z_BIT
-from arcref_sim.zero_return_result import Waveform, ZeroReturnResult
+from arcref.angle import COUNTS_PER_TURN
+from arcref.zero_return.result import ZeroReturnResult
+from arcref.zero_return.truth_parts import ErrorOverTurn, Waveform
 
 FORWARD_COLOUR, REVERSE_COLOUR, BEFORE_COLOUR, AFTER_COLOUR, QUIET = (
     "#1f5fa8",
@@ -17,6 +18,9 @@ FORWARD_COLOUR, REVERSE_COLOUR, BEFORE_COLOUR, AFTER_COLOUR, QUIET = (
     "#1f5fa8",
     "#5b6470",
 )
+
+MOST_TICKS = 30
+"""Zero marks that are named below the plot, at the most."""
 
 STYLE = {
     "font.family": "sans-serif",
@@ -46,24 +50,28 @@ def closure_plot(result: ZeroReturnResult) -> str:
             (1, FORWARD_COLOUR, "^", "forward"),
             (-1, REVERSE_COLOUR, "v", "reverse"),
         ):
-            chosen = [(place, index.closure_error_counts) for place, index in passes if index.direction == direction]
+            chosen = [
+                (place, index.closure_error_counts)
+                for place, index in passes
+                if index.direction == direction and index.closure_error_counts is not None
+            ]
             if chosen:
                 axes.plot(*zip(*chosen, strict=True), marker, color=colour, markersize=7, label=label)
         axes.axhline(0, color=QUIET, linewidth=0.8)
-        size = max([1, *(abs(error) for error in result.closure_errors_counts)])
+        size = max([1, *(abs(error or 0) for error in result.closure_errors_counts)])
         axes.set_ylim(-1.4 * size, 1.4 * size)
         axes.yaxis.get_major_locator().set_params(integer=True)
-        axes.set_xticks(range(len(passes)), [str(index.turn) for _, index in passes])
+        named = passes[:: -(-len(passes) // MOST_TICKS) or 1]
+        axes.set_xticks([place for place, _ in named], [str(index.turn) for _, index in named])
         axes.set_xlabel("zero mark of turn")
         axes.set_ylabel("closure error / counts")
-        if passes:
+        if axes.get_legend_handles_labels()[0]:
             axes.legend(loc="upper right", ncols=2)
         return _svg(figure)
 
 
-def error_plot(result: ZeroReturnResult) -> str:
+def error_plot(turn: ErrorOverTurn) -> str:
     """Error before and after the correction over the turn: each a band from the lowest to the highest that occurred."""
-    turn = result.error_over_turn
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(7.4, 3.2), layout="constrained")
         axes = figure.add_subplot()
@@ -94,6 +102,30 @@ def waveform_plot(result: ZeroReturnResult) -> str:
         return _svg(figure)
 
 
+def way_plot(result: ZeroReturnResult) -> str:
+    """The shaft's way as the instrument was read: turns over time, and below it the speed between readings."""
+    parts = result.instrument
+    turns = parts.raw_position_counts / COUNTS_PER_TURN
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(7.4, 3.6), layout="constrained")
+        way, speed = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+        marks = range(result.first_turn, result.first_turn + result.revolutions + 1)
+        for mark in marks if len(marks) <= MOST_TICKS else ():
+            way.axhline(mark, color="#e8d3a2", linewidth=0.8)
+        way.plot(parts.time_s, turns, color=FORWARD_COLOUR, linewidth=1.2)
+        way.set_ylabel("position / turns")
+        way.grid(axis="y", visible=False)
+        elapsed = np.diff(parts.time_s)
+        known = elapsed > 0
+        middle = (parts.time_s[1:] + parts.time_s[:-1]) / 2
+        between = np.diff(turns)[known] / elapsed[known]
+        speed.axhline(0, color=QUIET, linewidth=0.8)
+        speed.plot(middle[known], between, color=REVERSE_COLOUR, linewidth=1.0)
+        speed.set_ylabel("speed / r/s")
+        speed.set_xlabel("time / s")
+        return _svg(figure)
+
+
 def _draw_wave(axes, wave: Waveform, sample_ns: float) -> None:
     times = np.append(wave.time, wave.end) * sample_ns
     latched = int(np.searchsorted(wave.time, 0, side="right")) - 1
@@ -101,8 +133,8 @@ def _draw_wave(axes, wave: Waveform, sample_ns: float) -> None:
         axes.axvspan(times[latched], times[latched + 1], color="#f3d9a4", linewidth=0)
         middle = (times[latched] + times[latched + 1]) / 2
         axes.annotate("0", (middle, 4.25), ha="center", va="bottom", color="#7a5a10", annotation_clip=False)
-    for base, line in ((3.0, A_BIT), (1.5, B_BIT), (0.0, Z_BIT)):
-        level = (wave.state >> line & 1).astype(float)
+    for base, bit in ((3.0, 0), (1.5, 1), (0.0, 2)):
+        level = (wave.state >> bit & 1).astype(float)
         axes.step(times, base + np.append(level, level[-1]), where="post", color="#20262d", linewidth=1.1)
     axes.set_yticks([0.5, 2.0, 3.5], ["Z", "B", "A"])
     axes.set_ylim(-0.3, 4.9)

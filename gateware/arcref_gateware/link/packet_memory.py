@@ -1,0 +1,68 @@
+"""The bytes of packets, received and to be sent, in one block RAM.
+
+Two received packets have a half each, so that one can come while the other is obeyed; the third part is the packet to
+be sent. A part is 64 bytes, more than the longest packet.
+"""
+
+from amaranth.hdl import Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from arcref.link.packet import MOST_BODY_BYTES
+from arcref_gateware.memory_attributes import NO_COLLISION
+
+PART_BITS = 6
+"""Address bits of a part."""
+
+SENT_PART = 2
+"""Number of the part that is sent; 0 and 1 are received."""
+
+READ_CLOCKS = 2
+"""Clocks from `read_address` to `read_data`."""
+
+assert MOST_BODY_BYTES <= 1 << PART_BITS
+
+
+class PacketMemory(wiring.Component):
+    """One memory of 256 bytes. Both writers come rarely; a received byte waits while one to be sent is written."""
+
+    receive_valid: In(1)
+    """1 for one clock with a received byte. The next may come four clocks later."""
+    receive_address: In(PART_BITS + 1)
+    """Its place: part 0 or 1 in the highest bit."""
+    receive_data: In(8)
+    """The byte."""
+    send_valid: In(1)
+    """1 for one clock with a byte to be sent; not in more than two clocks of three."""
+    send_address: In(PART_BITS)
+    """Its place in the part that is sent."""
+    send_data: In(8)
+    """The byte."""
+    read_address: In(PART_BITS + 2)
+    """Byte to read: part in the two highest bits."""
+    read_data: Out(8)
+    """The byte, `READ_CLOCKS` clocks later."""
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.memory = memory = Memory(shape=8, depth=256, init=[], attrs=NO_COLLISION)
+        write, read = memory.write_port(), memory.read_port(domain="comb")
+        word = Signal(8, reset_less=True)
+        waits = Signal()
+        address, data = Signal(PART_BITS + 1), Signal(8)
+        write_address, write_data, write_enable = Signal(PART_BITS + 2), Signal(8), Signal()
+        m.d.comb += [
+            read.addr.eq(self.read_address),
+            write.addr.eq(write_address),
+            write.data.eq(write_data),
+            write.en.eq(write_enable),
+        ]
+        m.d.sync += [word.eq(read.data), self.read_data.eq(word), write_enable.eq(self.send_valid | waits)]
+        with m.If(self.send_valid):
+            m.d.sync += [write_address.eq(self.send_address | SENT_PART << PART_BITS), write_data.eq(self.send_data)]
+        with m.Else():
+            m.d.sync += [write_address.eq(address), write_data.eq(data), waits.eq(0)]
+        with m.If(self.receive_valid):
+            m.d.sync += [address.eq(self.receive_address), data.eq(self.receive_data), waits.eq(1)]
+        return m

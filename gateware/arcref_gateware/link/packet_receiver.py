@@ -1,0 +1,104 @@
+"""From bytes on the line to whole packets in memory: COBS undone, CRC checked."""
+
+from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.lib import wiring
+from amaranth.lib.crc.catalog import CRC16_IBM_3740
+from amaranth.lib.wiring import In, Out
+
+from arcref.link.packet import MOST_BODY_BYTES
+from arcref_gateware.link.packet_memory import PART_BITS
+
+LEAST_BODY_BYTES = 4
+"""Bytes of the shortest packet: kind, number and CRC."""
+
+
+class PacketReceiver(wiring.Component):
+    """Puts one packet after the other into the two received parts of `PacketMemory`, in turn.
+
+    A packet is offered with `ready` until `taken`. One that is complete while the one before is still offered is
+    refused, as broken ones are: its sender will ask again.
+    """
+
+    data: In(8)
+    """A byte from the line, with `valid`."""
+    valid: In(1)
+    """1 for one clock with each byte; the next comes eight clocks later at the earliest."""
+    bad: In(1)
+    """1 for one clock when a byte was lost on the line."""
+    write_valid: Out(1)
+    """1 for one clock with a byte for the memory."""
+    write_address: Out(PART_BITS + 1)
+    """Its place, the part in the highest bit."""
+    write_data: Out(8)
+    """The byte."""
+    ready: Out(1)
+    """1 while a packet is offered."""
+    part: Out(1)
+    """The part it stands in."""
+    length: Out(PART_BITS)
+    """Its bytes, without the CRC."""
+    taken: In(1)
+    """1 for one clock: the packet is done with."""
+    refused: Out(16)
+    """Packets that were refused, modulo 65536."""
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.crc = crc = CRC16_IBM_3740().create()
+
+        # First clock: what a byte means.
+        first, broken = Signal(init=1), Signal()
+        left = Signal(8)
+        none_left = Signal(init=1)  # left == 0, known a clock early
+        is_zero, is_code = Signal(), Signal()
+        put, put_data, ends = Signal(), Signal(8), Signal()
+        m.d.comb += [is_zero.eq(self.data == 0), is_code.eq(none_left)]
+        m.d.sync += [put.eq(0), ends.eq(0), none_left.eq(left == 0), put_data.eq(Mux(is_code, 0, self.data))]
+        with m.If(self.valid):
+            with m.If(is_zero):
+                m.d.sync += [ends.eq(1), left.eq(0)]
+            with m.Else():
+                # A code stands for the zero before it, unless it is the first.
+                m.d.sync += [put.eq(~is_code | ~first), first.eq(0), left.eq(Mux(is_code, self.data - 1, left - 1))]
+        whole = Signal()  # no literal was missing when the delimiter came
+        with m.If(self.valid & is_zero):
+            m.d.sync += whole.eq(none_left & ~first)
+        came = Signal()  # anything at all before the delimiter
+        with m.If(self.valid & is_zero):
+            m.d.sync += [came.eq(~first), first.eq(1)]
+
+        # Second clock: the byte goes into the memory and the CRC.
+        count = Signal(range(MOST_BODY_BYTES + 2))
+        full = Signal()
+        part = Signal()
+        m.d.sync += full.eq(count >= MOST_BODY_BYTES)
+        m.d.comb += [
+            self.write_valid.eq(put & ~full & ~broken),
+            self.write_data.eq(put_data),
+            self.write_address.eq(Cat(count[:PART_BITS], part)),
+            crc.data.eq(put_data),
+            crc.valid.eq(put),
+        ]
+        with m.If(put):
+            with m.If(full):
+                m.d.sync += broken.eq(1)
+            with m.Else():
+                m.d.sync += count.eq(count + 1)
+        with m.If(self.bad):
+            m.d.sync += broken.eq(1)
+
+        # At the end of a packet: two clocks later its CRC is known.
+        judged, long_enough, crc_good = Signal(), Signal(), Signal()
+        m.d.sync += [judged.eq(ends), long_enough.eq(count >= LEAST_BODY_BYTES), crc_good.eq(crc.match_detected)]
+        good = Signal()
+        m.d.comb += good.eq(whole & ~broken & long_enough & crc_good & ~self.ready)
+        with m.If(self.taken):
+            m.d.sync += self.ready.eq(0)
+        m.d.comb += crc.start.eq(judged)
+        with m.If(judged):
+            m.d.sync += [count.eq(0), broken.eq(0)]
+            with m.If(good):
+                m.d.sync += [self.ready.eq(1), self.part.eq(part), part.eq(~part), self.length.eq(count - 2)]
+            with m.Elif(came | broken):
+                m.d.sync += self.refused.eq(self.refused + 1)
+        return m

@@ -1,0 +1,1 @@
+"""Dynamic comparison: an encoder under test against the reference, at speed, strobe by strobe."""

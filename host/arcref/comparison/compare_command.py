@@ -1,0 +1,132 @@
+"""`arcref compare`: an encoder under test against the reference, at speed."""
+
+import json
+from pathlib import Path
+
+import click
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from arcref import __version__
+from arcref.atomic_file import write_files
+from arcref.comparison.comparison_plot import FORMATS, comparison_plot
+from arcref.comparison.dynamic_error import DEFAULT_HIGHEST_ORDER, DynamicError, dynamic_error
+from arcref.comparison.paired_readings import join_pairs, read_pairs
+from arcref.input_error import InputError
+
+FILE = click.Path(path_type=Path)
+
+
+@click.command()
+@click.argument("files", nargs=-1, required=True, type=FILE, metavar="CAPTURE DUT.csv [CAPTURE DUT.csv]...")
+@click.option(
+    "--orders",
+    type=click.IntRange(1, 180),
+    default=DEFAULT_HIGHEST_ORDER,
+    show_default=True,
+    help="Highest harmonic of the error of angle.",
+)
+@click.option("--plot", type=FILE, metavar="FILE.svg", help="Plot it (svg, png or pdf).")
+@click.option("--json", "json_path", type=FILE, metavar="FILE", help="Write the figures as JSON.")
+@click.option("--csv", "csv_path", type=FILE, metavar="FILE", help="Write the error of angle as a table.")
+def compare(files, orders, plot, json_path, csv_path):
+    """Compare an encoder under test with the reference, strobe by strobe.
+
+    CAPTURE is a file of `arcref capture`; DUT.csv has the column reading_deg, one row for each strobe, and perhaps
+    strobe. Name a pair for each speed, or capture several speeds into one. From two speeds on, the delay of the
+    encoder under test is told from its error of angle.
+    """
+    if len(files) % 2:
+        raise InputError(
+            f"{len(files)} files were named; a capture file and a file of readings each time were expected"
+        )
+    if plot and plot.suffix.lower().lstrip(".") not in FORMATS:
+        raise InputError(f"{plot}: the name of a plot must end in .{', .'.join(FORMATS)}")
+    outputs = [path.resolve() for path in (plot, json_path, csv_path) if path]
+    for path in outputs:
+        if outputs.count(path) > 1 or path in {file.resolve() for file in files}:
+            raise InputError(f"{path}: this name is given to two files of this run")
+    pairs = join_pairs([read_pairs(*files[i : i + 2]) for i in range(0, len(files), 2)])
+    result = dynamic_error(pairs, orders)
+    written = {}
+    if plot:
+        written[plot] = comparison_plot(result, plot.suffix.lower().lstrip("."))
+    if json_path:
+        written[json_path] = (json.dumps(comparison_figures(result), indent=2) + "\n").encode()
+    if csv_path:
+        written[csv_path] = _csv(result).encode()
+    write_files(written)
+    _print(result, list(written))
+
+
+def comparison_figures(result: DynamicError) -> dict:
+    """The figures of a comparison by name; standard uncertainties unless the name says expanded."""
+    angle = np.arange(0.0, 360.0, 0.25)
+    error = result.angle_error_arcsec(angle)
+    return {
+        "strobes": len(result.pairs),
+        "delay_us": None if result.delay_s is None else 1e6 * result.delay_s,
+        "u_delay_us": None if result.u_delay_s is None else 1e6 * result.u_delay_s,
+        "angle_error_rms_arcsec": float(np.sqrt(np.mean(error**2))),
+        "angle_error_peak_to_peak_arcsec": float(np.ptp(error)),
+        "u_angle_error_arcsec": float(result.u_angle_error_arcsec(angle).max()),
+        "noise_arcsec": result.noise_arcsec,
+        "reference_expanded_uncertainty_arcsec": result.pairs.reference_expanded_arcsec,
+        "speeds": [
+            {
+                "speed_rps": group.speed_rps,
+                "strobes": group.strobes,
+                "mean_arcsec": group.mean_arcsec,
+                "rms_arcsec": group.rms_arcsec,
+                "residual_rms_arcsec": group.residual_rms_arcsec,
+            }
+            for group in result.groups
+        ],
+        "harmonics": [
+            {
+                "order": int(order),
+                "amplitude_arcsec": float(np.hypot(c, s)),
+                "phase_deg": float(np.degrees(np.arctan2(s, c))),
+            }
+            for order, c, s in zip(result.orders, result.cosine_arcsec, result.sine_arcsec, strict=True)
+        ],
+        "provenance": result.pairs.provenance | {"arcref_version": __version__},
+    }
+
+
+def _csv(result: DynamicError) -> str:
+    angle = np.arange(0.0, 360.0, 1.0)
+    rows = zip(angle, result.angle_error_arcsec(angle), result.u_angle_error_arcsec(angle), strict=True)
+    return "position_deg,error_arcsec,u_arcsec\n" + "".join(f"{a:g},{e:.4f},{u:.4f}\n" for a, e, u in rows)
+
+
+def _print(result: DynamicError, written: list[Path]) -> None:
+    figures = comparison_figures(result)
+    console = Console(highlight=False)
+    table = Table(box=None, pad_edge=False)
+    for head in ("speed r/s", "strobes", "mean arcsec", "rms about it", "rms left"):
+        table.add_column(head, justify="right")
+    for group in result.groups:
+        table.add_row(
+            f"{group.speed_rps:+.4f}",
+            str(group.strobes),
+            f"{group.mean_arcsec:+.3f}",
+            f"{group.rms_arcsec:.3f}",
+            f"{group.residual_rms_arcsec:.3f}",
+        )
+    console.print(table)
+    if result.delay_s is None:
+        console.print("delay                 not told from the zero: one speed alone was measured")
+    else:
+        console.print(
+            f"delay                 {figures['delay_us']:.4f} us, U = {2 * figures['u_delay_us']:.4f} us (k=2)"
+        )
+    console.print(
+        f"error of angle        {figures['angle_error_rms_arcsec']:.3f} arcsec rms, "
+        f"{figures['angle_error_peak_to_peak_arcsec']:.3f} peak to peak, U = {2 * figures['u_angle_error_arcsec']:.3f} (k=2)"
+    )
+    if result.pairs.reference_expanded_arcsec is None:
+        console.print("The reference's own uncertainty is not stated, so it is not in these figures.")
+    for path in written:
+        console.print(f"written               {path}", soft_wrap=True)

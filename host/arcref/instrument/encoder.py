@@ -1,0 +1,253 @@
+"""The client: an instrument as a context manager whose quantities are attributes.
+
+from arcref import Encoder
+with Encoder() as encoder:
+    print(encoder.angle_deg)
+"""
+
+import contextlib
+import queue
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from arcref.angle import COUNTS_PER_TURN, counts_to_deg
+from arcref.correction_rom import CorrectionRom
+from arcref.flags import FAULT_FLAGS, Flag
+from arcref.input_error import InputError
+from arcref.instrument.captures import UNKNOWN_LOSS, capture_array, lost_together
+from arcref.instrument.identity import Identity, read_identity
+from arcref.instrument.register_access import RegisterAccess
+from arcref.instrument.trial import load_trial
+from arcref.instrument_error import InstrumentError
+from arcref.link.capture_record import CaptureRecord, Gap, Overrun
+from arcref.link.link import LinkLost
+from arcref.link.port_finder import DEFAULT_BAUD, open_link
+from arcref.link.registers import REGISTERS
+
+_SNAPSHOT_REGISTERS = [REGISTERS[name] for name in REGISTERS if name.startswith("snapshot_")]
+_SNAPSHOT_WORDS = sum(register.words for register in _SNAPSHOT_REGISTERS)
+
+_LOST_PORT = object()
+
+RETRY_S = 0.2
+"""Pause between two attempts to open a port that went away."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """The instrument at one instant.
+
+    `position`: corrected, `raw_position`: as counted, both in counts and turns included; `time_s`: seconds since the
+    instrument's reset; `flags`; `homed`: False until the zero mark was met.
+    """
+
+    position: int
+    raw_position: int
+    time_s: float
+    flags: Flag
+    homed: bool
+
+    @property
+    def angle_deg(self) -> float:
+        """Corrected angle, 0 .. 360."""
+        return counts_to_deg(self.position % COUNTS_PER_TURN)
+
+    @property
+    def turns(self) -> int:
+        """Whole turns since the zero mark."""
+        return self.position // COUNTS_PER_TURN
+
+
+class Encoder:
+    """One instrument on a serial port.
+
+    `port`: its name; None takes the one that `ARCREF_PORT` names, or the only one plugged in. `reconnect_s`: how long
+    `stream` waits for a port that went away to come back. Raises `InputError` when the port cannot be used,
+    `InstrumentError` when the instrument does not answer as it should.
+    """
+
+    def __init__(self, port: str | None = None, *, baud: int = DEFAULT_BAUD, reconnect_s: float = 0.0):
+        self._baud = baud
+        self.reconnect_s = reconnect_s
+        self._records: queue.SimpleQueue = queue.SimpleQueue()
+        self._open(port)
+        self.port = self._link.name
+        self._identity: Identity | None = None
+
+    def __enter__(self) -> "Encoder":
+        return self
+
+    def __exit__(self, *exception) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the port."""
+        self._link.close()
+
+    @property
+    def registers(self) -> RegisterAccess:
+        """Every register as an attribute."""
+        return self._registers
+
+    @property
+    def identity(self) -> Identity:
+        """Gateware, clocks and calibration; read once, and anew after a trial was loaded."""
+        if self._identity is None:
+            self._identity = read_identity(self.registers)
+        return self._identity
+
+    def snapshot(self) -> Snapshot:
+        """Position, raw position, time and flags of one instant."""
+        first = _SNAPSHOT_REGISTERS[0].address
+        words = self._link.read_words(first, _SNAPSHOT_WORDS, "read of the position")
+        values = {
+            register.name: register.decode(words[register.address - first :][: register.words])
+            for register in _SNAPSHOT_REGISTERS
+        }
+        flags, homed = (field.extract(values["snapshot_flags"]) for field in REGISTERS["snapshot_flags"].fields)
+        return Snapshot(
+            values["snapshot_position"],
+            values["snapshot_raw"],
+            values["snapshot_time"] / self.identity.sample_rate_hz,
+            Flag(flags),
+            bool(homed),
+        )
+
+    @property
+    def angle_deg(self) -> float:
+        """Corrected angle now, 0 .. 360 deg."""
+        return self.snapshot().angle_deg
+
+    @property
+    def position(self) -> int:
+        """Corrected position now, in counts, turns included."""
+        return self.snapshot().position
+
+    @property
+    def flags(self) -> Flag:
+        """The flags now."""
+        return Flag(self.registers.flags & 0xFF)
+
+    def clear_flags(self, flags: Flag = FAULT_FLAGS) -> None:
+        """Clear fault flags, all unless told which."""
+        self.registers.clear_flags = int(flags)
+
+    def home(self) -> None:
+        """Let the next index set the zero again."""
+        self.registers.home = 1
+
+    def stream(self, timeout_s: float | None = None) -> Iterator[tuple[int, CaptureRecord]]:
+        """Captures as they come: pairs of how many were lost just before, and the record.
+
+        -1 lost: nobody knows how many. Ends only by `close`, by leaving the loop, or by an error: `InstrumentError`
+        when `timeout_s` pass without a capture, `LinkLost` when the port went away and did not come back in time.
+        """
+        self.start_captures()
+        lost = total = 0  # lost before the next record; since the FIFO was emptied
+        try:
+            while True:
+                record = self._next_record(timeout_s)
+                if record is _LOST_PORT:
+                    self._reconnect()
+                    lost, total = UNKNOWN_LOSS, 0
+                elif isinstance(record, Overrun):
+                    lost, total = lost_together(lost, (record.total - total) % 2**32), record.total
+                elif isinstance(record, Gap):
+                    lost = UNKNOWN_LOSS
+                else:
+                    yield lost, record
+                    lost = 0
+        finally:
+            self._stop_captures()
+
+    def capture(self, n: int, timeout_s: float = 10.0) -> np.ndarray:
+        """The next `n` captures, an array of `CAPTURE_DTYPE`. Raises `InstrumentError` when none comes in time."""
+        if n < 1:
+            raise InputError(f"{n} captures were asked for, at least 1 was expected")
+        records = []
+        stream = self.stream(timeout_s)
+        try:
+            for pair in stream:
+                records.append(pair)
+                if len(records) == n:
+                    break
+        except InstrumentError as error:
+            raise type(error)(f"capture of {n}: {len(records)} came, then: {error}") from error
+        finally:
+            stream.close()
+        return capture_array(records, self.identity.sample_rate_hz)
+
+    def load_trial(self, rom: CorrectionRom, progress=lambda part: None) -> None:
+        """Load `rom` into the running instrument. It is in force from the next index until power-off.
+
+        Raises `InstrumentError` when the instrument finds that its CRC does not hold.
+        """
+        self._identity = None
+        load_trial(self.registers, rom, progress)
+
+    def zero_return(self, **options):
+        """The zero-return test, with the shaft turned by hand or motor, or by the on-board generator.
+
+        Options and errors of `arcref.instrument.hardware_zero_return`; gives a `ZeroReturnResult`, and
+        `result.passed` is the verdict.
+        """
+        from arcref.instrument.hardware_zero_return import hardware_zero_return
+
+        return hardware_zero_return(self, **options)
+
+    @property
+    def captures_waiting(self) -> bool:
+        """True while captures that came have not been taken by `stream`."""
+        return not self._records.empty()
+
+    def start_captures(self) -> None:
+        """Empty what was left over, and let the instrument stream."""
+        self.registers.capture_enable = 0
+        self.registers.capture_clear = 1
+        while self.captures_waiting:
+            self._records.get()
+        self.registers.capture_enable = 1
+
+    def _stop_captures(self) -> None:
+        with contextlib.suppress(InstrumentError):  # the port is gone: there is nothing to stop
+            self.registers.capture_enable = 0
+
+    def _next_record(self, timeout_s: float | None):
+        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        while True:
+            left = 0.2 if deadline is None else min(0.2, max(0.0, deadline - time.monotonic()))
+            try:
+                return self._records.get(timeout=left)
+            except queue.Empty:
+                if self._link.lost:
+                    return _LOST_PORT
+                if deadline is not None and time.monotonic() >= deadline:
+                    raise InstrumentError(
+                        f"no capture came from {self.port} in {timeout_s:g} s; is there a strobe?"
+                    ) from None
+
+    def _open(self, port: str | None) -> None:
+        self._link = open_link(port, baud=self._baud, on_record=self._records.put)
+        self._registers = RegisterAccess(self._link)
+
+    def _reconnect(self) -> None:
+        """Open the port again when it comes back. Raises `LinkLost` when it does not, or is another instrument."""
+        before = self.identity
+        self._link.close()
+        deadline = time.monotonic() + self.reconnect_s
+        while True:
+            if time.monotonic() > deadline:
+                raise LinkLost(f"{self.port} went away" + (" and did not come back" if self.reconnect_s else ""))
+            time.sleep(RETRY_S)
+            try:
+                self._open(self.port)
+                break
+            except (InputError, InstrumentError):
+                continue
+        now = read_identity(self.registers)
+        if (now.rom_crc32, now.gateware) != (before.rom_crc32, before.gateware):
+            raise LinkLost(f"another instrument, or another ROM, is at {self.port} now")
+        self.start_captures()

@@ -1,0 +1,80 @@
+"""`arcref registers`: every register by name, read or written."""
+
+import json
+
+import click
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from arcref.input_error import InputError
+from arcref.instrument.connection import with_encoder
+from arcref.instrument.register_access import find_register
+from arcref.link.register import Access, Register
+from arcref.link.registers import REGISTERS
+
+
+@click.command()
+@with_encoder
+@click.argument("names", nargs=-1, metavar="[NAME | NAME=VALUE]...")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def registers(encoder, names, as_json):
+    """Read registers, all unless named, or write them with NAME=VALUE.
+
+    Values are whole numbers, 0x... for hexadecimal. All names and values are looked at before the first is written.
+    """
+    requests = [_request(text) for text in names]
+    values = {}
+    for register, value in requests or [(register, None) for register in _readable()]:
+        if value is None:
+            values[register.name] = encoder.registers.read(register.name)
+        else:
+            encoder.registers.write(register.name, value)
+            if register.access is Access.WRITE:
+                values[register.name] = encoder.registers.read(register.name)
+    if as_json:
+        click.echo(json.dumps(values, indent=2))
+        return
+    Console(highlight=False).print(_table(values))
+
+
+def _readable() -> list[Register]:
+    return [register for register in REGISTERS.registers if register.access is not Access.COMMAND]
+
+
+def _request(text: str) -> tuple[Register, int | None]:
+    """The register and the value to write, None to read it. Raises `InputError` for what cannot be asked."""
+    name, is_write, value = text.partition("=")
+    register = find_register(name.strip())
+    if not is_write:
+        if register.access is Access.COMMAND:
+            raise InputError(f"{register.name} is a command, it can only be written: {register.name}=1")
+        return register, None
+    try:
+        number = int(value, 0)
+    except ValueError:
+        raise InputError(f"{name}={value}: a whole number was expected behind the =") from None
+    if register.access is Access.READ:
+        raise InputError(f"the register {register.name} can only be read")
+    try:
+        register.encode(number)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    return register, number
+
+
+def _table(values: dict[str, int]) -> Table:
+    table = Table(box=None, pad_edge=False)
+    for head in ("address", "register", "value", "unit", "meaning"):
+        table.add_column(head, justify="right" if head == "value" else "left", no_wrap=head != "meaning")
+    for name, value in values.items():
+        register = REGISTERS[name]
+        fields = ", ".join(f"{field.name} {_field_text(field, value)}" for field in register.fields)
+        meaning = register.meaning + (f" ({fields})" if fields else "")
+        table.add_row(f"{register.address:#06x}", name, str(value), register.unit, Text(meaning))
+    return table
+
+
+def _field_text(field, value: int) -> str:
+    number = field.extract(value)
+    return field.choices[number] if number < len(field.choices) else str(number)
