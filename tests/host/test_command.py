@@ -2,7 +2,6 @@ import doctest
 import importlib
 import os
 import pkgutil
-import re
 import subprocess
 import sys
 from importlib.metadata import EntryPoint

@@ -161,9 +161,8 @@ class RegisterFile(wiring.Component):
         ]
         window_later = delayed(m, in_any_window, 1, name="window_later")
         kind_later = delayed(m, kind, 1, name="kind_later")
-        with m.If(window_later & ~is_read):
-            with m.If(~self.loading):
-                m.d.sync += status.eq(Status.NOT_NOW)
+        with m.If(window_later & ~is_read), m.If(~self.loading):
+            m.d.sync += status.eq(Status.NOT_NOW)
         with m.Elif((kind_later == UNKNOWN) & ~is_read):
             m.d.sync += status.eq(Status.UNKNOWN_ADDRESS)
         with m.Elif((kind_later == READ_ONLY) & ~is_read):

@@ -10,8 +10,8 @@ from arcref.instrument.connection import with_encoder
 from arcref.instrument.encoder import Encoder
 from arcref.instrument.hardware_zero_return import MOST_REVOLUTIONS, READINGS_PER_S, hardware_zero_return
 from arcref.instrument.zero_return_leg import ZeroReturnProgress
-from arcref.rom_image import load_rom
 from arcref.output_files import check_outputs
+from arcref.rom_image import load_rom
 from arcref.zero_return.outputs import print_result, write_outputs
 from arcref.zero_return.result import ZeroReturnResult
 

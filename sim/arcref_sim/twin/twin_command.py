@@ -14,11 +14,11 @@ from arcref.input_error import InputError
 from arcref.instrument_error import InstrumentError
 from arcref.rom_command import read_curve
 from arcref.rom_image import load_rom
+from arcref.rom_provenance import fit_from_provenance
 from arcref_gateware.connected_encoder import DEFAULT_BAUD, DEFAULT_WORD_CLOCK_HZ
 from arcref_gateware.link.baud_rate import baud_divisor
 from arcref_gateware.quadrature import SAMPLES_PER_WORD
 from arcref_sim.graduation import GraduationError
-from arcref_sim.simulate_command import fit_as_rom
 from arcref_sim.square_waves import SquareWaves
 from arcref_sim.twin.twin import Twin
 from arcref_sim.twin.twin_prompt import FASTEST_RPS, Quit, describe_slowdown, obey
@@ -80,7 +80,7 @@ def twin(
         raise InputError(f"{rom_path}: there is no ROM yet; `make rom` makes it, or name one with --rom")
     rom = load_rom(rom_path)
     if curve:
-        graduation = GraduationError.from_curve(fit_as_rom(read_curve(curve), rom.provenance).evaluate)
+        graduation = GraduationError.from_curve(fit_from_provenance(read_curve(curve), rom.provenance).evaluate)
     else:
         graduation = error_that_the_rom_corrects(rom)
     lines = [f"fault {fault.replace('=', ' ')}" for fault in faults]
