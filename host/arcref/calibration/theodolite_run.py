@@ -139,7 +139,7 @@ def _one_arc(reading_deg: np.ndarray) -> np.ndarray:
 
 
 def _near_zero(reading_deg: np.ndarray) -> np.ndarray:
-    """The same arc in the turn next to the encoder's zero, where an error curve may begin; whole turns do not matter."""
+    """The same arc, whole turns left out, in the turn next to the encoder's zero: an error curve begins there."""
     first = float(reading_deg.min())
     return reading_deg if -359.0 <= first <= 359.0 else reading_deg - 360.0 * np.rint(first / 360.0)
 
