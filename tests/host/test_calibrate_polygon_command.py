@@ -284,3 +284,11 @@ def test_a_number_stated_twice_is_refused(run, calibrate):
     result, content = calibrate(run(metadata=(*FULL, ("faces", 23))), status=2)
     assert "stated more than once (24; 23)" in result.output
     assert content is None
+
+
+def test_a_single_round_of_unknown_scatter_says_what_to_state(run, calibrate):
+    """One round does not tell noise from a set-up that moved: the line says so, and the stated scatter settles it."""
+    noisy = {"rounds": 1, "noise_arcsec": 0.8, "seed": 2}
+    result, _ = calibrate(run(**noisy), status=1)
+    assert "or state u_repeatability_arcsec" in " ".join(result.output.split())
+    calibrate(run(**noisy, metadata=(*FULL, ("u_repeatability_arcsec", 0.8))))

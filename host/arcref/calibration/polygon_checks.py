@@ -19,6 +19,9 @@ SMALLEST_CERTIFICATE_ARCSEC = 0.1
 """Deviations all below this are no polygon's: their certificate's unit may have been mistaken."""
 
 
+SCATTER_UNKNOWN = "the limit when neither rounds nor u_repeatability_arcsec tell how readings scatter"
+"""Basis of the closing limit of a single round."""
+
 SMALLEST_Y_SCATTER = 1 / 20
 """Scatter of y over that of x. Both are read by one eye or one detector: far less looks like another unit."""
 
@@ -34,6 +37,8 @@ def closing_limit(reduction: PolygonReduction) -> tuple[float, str]:
     by_scatter = SCATTER_FACTOR * math.sqrt(2) * scatter
     if by_scatter > CLOSURE_TOLERANCE_ARCSEC:
         return by_scatter, f"{SCATTER_FACTOR:g} times the scatter of a difference of two readings"
+    if not scatter:
+        return CLOSURE_TOLERANCE_ARCSEC, SCATTER_UNKNOWN
     return CLOSURE_TOLERANCE_ARCSEC, "the limit when none is stated and the readings scatter less"
 
 
@@ -49,6 +54,8 @@ def polygon_checks(reduction: PolygonReduction) -> list[Check]:
         found = f"{closing[worst]:.3f} arcsec at most, in {series_name(reduction.run, worst)}"
         if over:
             found += f"; {over} of {closed.size} beyond the limit: the set-up moved or drifted, read these again"
+            if basis == SCATTER_UNKNOWN:
+                found += ", or state u_repeatability_arcsec if readings are known to scatter so much"
         sentence = f"each round closes within {limit:.3g} arcsec ({basis})"
         checks.append(Check(sentence, found, not over))
     tolerance = TiltTolerance.of_run(reduction.run.run)
