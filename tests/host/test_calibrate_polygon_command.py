@@ -264,3 +264,31 @@ def test_help_lists_the_verbs(arcref):
     assert result.exit_code == 0
     for text in ("polygon", "Calibrate against a polygon and an autocollimator.", "closure", "theodolite"):
         assert text in result.stdout
+
+
+def test_y_in_minutes_of_arc_is_cautioned(run, calibrate):
+    """The rounds tell: x and y of one instrument scatter alike."""
+    path = run(psi_arcsec=300.0)
+    result, content = calibrate(path)
+    assert "minutes of arc" not in result.output
+    head, *rows = [line for line in path.read_text().splitlines() if not line.startswith("#")]
+    assert head.endswith("autocollimator_y_arcsec")
+    rows = [f"{line.rsplit(',', 1)[0]},{float(line.rsplit(',', 1)[1]) / 60:.4f}" for line in rows]
+    metadata = [line for line in path.read_text().splitlines() if line.startswith("#")]
+    path.write_text("\n".join([*metadata, head, *rows]) + "\n")
+    result, _ = calibrate(path)
+    assert "was y written in minutes of arc" in " ".join(result.output.split())
+
+
+def test_a_number_stated_twice_is_refused(run, calibrate):
+    result, content = calibrate(run(metadata=(*FULL, ("faces", 23))), status=2)
+    assert "stated more than once (24; 23)" in result.output
+    assert content is None
+
+
+def test_a_single_round_of_unknown_scatter_says_what_to_state(run, calibrate):
+    """One round does not tell noise from a set-up that moved: the line says so, and the stated scatter settles it."""
+    noisy = {"rounds": 1, "noise_arcsec": 0.8, "seed": 2}
+    result, _ = calibrate(run(**noisy), status=1)
+    assert "or state u_repeatability_arcsec" in " ".join(result.output.split())
+    calibrate(run(**noisy, metadata=(*FULL, ("u_repeatability_arcsec", 0.8))))

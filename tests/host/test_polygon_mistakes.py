@@ -1,5 +1,7 @@
 """Operator's mistakes that leave a run in good order: caught and named, and no good run is taken for one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -61,7 +63,7 @@ def made_run(
 def test_no_good_run_is_taken_for_a_mistake():
     """Faces, rounds, polygons and encoders rough and smooth, noise, drift, and how the shaft is set, all at random."""
     random = np.random.default_rng(20150512)
-    for _ in range(500):
+    for _ in range(250):
         faces = int(random.choice(FACES))
         deviation = smooth_or_rough(random, faces, 10 ** random.uniform(-1, 1), random.uniform(0, 2.5))
         error = smooth_or_rough(random, faces, 10 ** random.uniform(-1, 1.3), random.uniform(0, 2.5))
@@ -237,3 +239,36 @@ def test_an_outlier_is_named_and_scatter_is_not():
         found += reading == 40 and not more and abs(off_arcsec - 2.0) < 0.9
     assert alarms <= 1
     assert found >= 185
+
+
+def run_with_y(random, swapped):
+    """A good run with y: tower tilt and noise of any size; `swapped`: as if x stood in the other column."""
+    faces = int(random.choice(FACES))
+    deviation = smooth_or_rough(random, faces, 10 ** random.uniform(-2, 1), random.uniform(0, 2.5))
+    error = smooth_or_rough(random, faces, 10 ** random.uniform(-1, 1.3), random.uniform(0, 2.5))
+    settings = str(random.choice(["scattered", "alike", "nulled"]))
+    noise = 10 ** random.uniform(-2, 0)
+    run = made_run(
+        random, faces, int(random.choice([1, 2, 4])), error, deviation - deviation[0], noise_arcsec=noise,
+        setting_arcsec=10 ** random.uniform(-2, 1.5), setting=settings,
+    )  # fmt: skip
+    azimuth = np.radians(run.theta_deg) - random.uniform(0, 2 * np.pi)
+    y = 10 ** random.uniform(-1, 2.5) * np.cos(azimuth) + 10 ** random.uniform(-3, 0) * random.normal(size=azimuth.size)
+    return replace(run, x_arcsec=y, y_arcsec=run.x_arcsec) if swapped else replace(run, y_arcsec=y)
+
+
+def test_no_good_run_with_y_is_taken_for_swapped_columns():
+    random = np.random.default_rng(20261123)
+    assert [suspected_mistake(run_with_y(random, False)) for _ in range(100)] == [None] * 100
+
+
+def test_swapped_x_and_y_are_caught():
+    """24 faces, a polygon of 2 arcsec, the tilt that any mounting leaves."""
+    random = np.random.default_rng(7)
+    for psi_arcsec in (0.0, 3.0, 300.0):
+        deviation = smooth_or_rough(random, 24, 2.0, 0)
+        run = made_run(random, 24, 2, harmonic_error(random, 24), deviation - deviation[0])
+        y = psi_arcsec * np.cos(np.radians(run.theta_deg) - 1) + 0.1 * random.normal(size=run.x_arcsec.size)
+        found = suspected_mistake(replace(run, x_arcsec=y, y_arcsec=run.x_arcsec))
+        assert found.mistake == "columns"
+        assert "x and y seem to be swapped" in found.problem

@@ -116,6 +116,16 @@ def test_an_arc_over_the_encoders_zero_and_over_north(calibrated):
     assert result.results["delta_deg"] == pytest.approx(PUBLISHED[1], abs=0.05)
 
 
+@pytest.mark.parametrize("turns", [-2, 0, 1])
+def test_whole_turns_of_the_reading_do_not_matter(calibrated, turns):
+    """An error curve begins within a turn of the encoder's zero, or the ROM could not be made of it."""
+    rows = [(reading + 360.0 * turns, *rest) for reading, *rest in theodolite_rows(start_deg=100.0)]
+    result = calibrated(theodolite_text(rows))
+    assert -360 <= result.curve.angle_deg[0] <= 360
+    assert np.mod(result.curve.angle_deg[0], 360.0) == pytest.approx(100.0, abs=0.01)
+    assert np.abs(off_truth(result)).max() < 4 * result.curve.u_arcsec.max()
+
+
 def test_the_datum_moves_the_angles_and_not_the_errors(calibrated):
     rows = theodolite_rows(start_deg=100.0)
     first = calibrated(theodolite_text(rows))

@@ -296,6 +296,8 @@ def stated_number(run: RunFile, name: str) -> float | None:
     except ValueError:
         value = math.nan
     shown = text if len(text) <= 40 else text[:37] + "..."
+    if "; " in text:
+        raise run.metadata_error(name, f"stated more than once ({shown}), one line was expected")
     if not math.isfinite(value):
         raise run.metadata_error(name, f"{shown!r} is not a finite number ({key.unit} expected)")
     if value < key.lowest:

@@ -7,7 +7,7 @@ import numpy as np
 from arcref.calibration.calibration_result import Check
 from arcref.calibration.metadata_keys import stated_number
 from arcref.calibration.polygon_mistakes import outliers
-from arcref.calibration.polygon_reduction import PolygonReduction
+from arcref.calibration.polygon_reduction import PolygonReduction, series_residual
 from arcref.calibration.polygon_run import PolygonRun
 from arcref.calibration.tilt_tolerance import TiltTolerance
 from arcref.error_curve import CLOSURE_TOLERANCE_ARCSEC
@@ -17,6 +17,13 @@ SCATTER_FACTOR = 4.0
 
 SMALLEST_CERTIFICATE_ARCSEC = 0.1
 """Deviations all below this are no polygon's: their certificate's unit may have been mistaken."""
+
+
+SCATTER_UNKNOWN = "the limit when neither rounds nor u_repeatability_arcsec tell how readings scatter"
+"""Basis of the closing limit of a single round."""
+
+SMALLEST_Y_SCATTER = 1 / 20
+"""Scatter of y over that of x. Both are read by one eye or one detector: far less looks like another unit."""
 
 
 def closing_limit(reduction: PolygonReduction) -> tuple[float, str]:
@@ -30,6 +37,8 @@ def closing_limit(reduction: PolygonReduction) -> tuple[float, str]:
     by_scatter = SCATTER_FACTOR * math.sqrt(2) * scatter
     if by_scatter > CLOSURE_TOLERANCE_ARCSEC:
         return by_scatter, f"{SCATTER_FACTOR:g} times the scatter of a difference of two readings"
+    if not scatter:
+        return CLOSURE_TOLERANCE_ARCSEC, SCATTER_UNKNOWN
     return CLOSURE_TOLERANCE_ARCSEC, "the limit when none is stated and the readings scatter less"
 
 
@@ -45,6 +54,8 @@ def polygon_checks(reduction: PolygonReduction) -> list[Check]:
         found = f"{closing[worst]:.3f} arcsec at most, in {series_name(reduction.run, worst)}"
         if over:
             found += f"; {over} of {closed.size} beyond the limit: the set-up moved or drifted, read these again"
+            if basis == SCATTER_UNKNOWN:
+                found += ", or state u_repeatability_arcsec if readings are known to scatter so much"
         sentence = f"each round closes within {limit:.3g} arcsec ({basis})"
         checks.append(Check(sentence, found, not over))
     tolerance = TiltTolerance.of_run(reduction.run.run)
@@ -85,12 +96,26 @@ def polygon_warnings(reduction: PolygonReduction) -> list[str]:
             f"The tower tilt of {reduction.tilt.psi_arcsec:.1f} arcsec is beyond the tolerance of "
             f"{tolerance.formula_arcsec:.1f} arcsec; it was corrected, but a smaller one is better."
         )
+    y_scatter = _scatter_of_y_arcsec(run)
+    if 0 < y_scatter < SMALLEST_Y_SCATTER * reduction.repeatability_arcsec:
+        warnings.append(
+            f"From round to round y scatters {y_scatter:.2g} arcsec and x {reduction.repeatability_arcsec:.2g} arcsec: "
+            "was y written in minutes of arc? The tower tilt would then be 60 times as large."
+        )
     for reading, off_arcsec, chance in outliers(run):
         warnings.append(
             f"Row {run.run.rows[reading]} stands {off_arcsec:+.2f} arcsec off the other rounds at its face (chance "
             f"{chance:.1g}); it was kept. Read it again, or take out the round."
         )
     return warnings
+
+
+def _scatter_of_y_arcsec(run: PolygonRun) -> float:
+    """Standard deviation of one y reading from the rounds; 0 when there is nothing to tell it from."""
+    if run.y_arcsec is None:
+        return 0.0
+    residual, freedom = series_residual(run.y_arcsec[run.series.reading_of_face], run.series.direction)
+    return float(np.sqrt((residual**2).sum() / freedom)) if freedom else 0.0
 
 
 def polygon_not_checked(reduction: PolygonReduction) -> list[str]:

@@ -20,7 +20,7 @@ from scipy.stats import t
 
 from arcref.calibration.chance_of_gain import TINY_ARCSEC2, chance_of_gain, rough_part
 from arcref.calibration.polygon_reduction import series_residual, unreferenced_errors
-from arcref.calibration.polygon_run import DEVIATION, PolygonRun, X
+from arcref.calibration.polygon_run import DEVIATION, PolygonRun, X, Y
 from arcref.input_error import InputError
 
 CHANCE = 1e-5
@@ -53,7 +53,7 @@ class _Alternative:
     """A run without a mistake: `errors` float64[series, faces], and how many alternatives of its kind there are.
 
     `from_reading`: where the mistake began, None for the whole run; `parity`: +1 or -1 when all that it changes is the
-    even or the odd part of the errors about face 1.
+    even or the odd part of the errors about face 1; `without`: what it must explain as well.
     """
 
     mistake: str
@@ -64,6 +64,7 @@ class _Alternative:
     kinds: int = 1
     from_reading: int | None = None
     parity: int = 0
+    without: np.ndarray | None = None
 
 
 def suspected_mistake(run: PolygonRun) -> Suspicion | None:
@@ -74,6 +75,9 @@ def suspected_mistake(run: PolygonRun) -> Suspicion | None:
         chance, left = chance_of_gain(
             given, alternative.errors, run.series.direction, alternative.from_reading is None, alternative.parity
         )
+        if alternative.without is not None:
+            by_itself, _ = chance_of_gain(alternative.without, alternative.errors, run.series.direction, True)
+            chance = max(chance, by_itself)
         if chance * alternative.kinds < CHANCE:
             found.append((left, alternative, chance * alternative.kinds))
     if not found:
@@ -122,6 +126,12 @@ def _alternatives(run: PolygonRun, given: np.ndarray) -> Iterator[_Alternative]:
     yield _Alternative(
         "arcmin", X, "x seems to be in minutes of arc", "seconds of arc were expected", _errors(run, b, 60 * x)
     )
+    if run.y_arcsec is not None:
+        # A quiet y alone is no better x: it must explain the settings and face deviations that x has to explain.
+        yield _Alternative(
+            "columns", X, "x and y seem to be swapped", f"{Y} would then be x", _errors(run, b, run.y_arcsec),
+            without=_errors(run, b, np.zeros_like(run.x_arcsec)),
+        )  # fmt: skip
     if b is None:
         return
     of_face = b[run.series.reading_of_face[0]]

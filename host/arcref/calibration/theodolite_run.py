@@ -98,7 +98,7 @@ def read_theodolite_run(path) -> TheodoliteRun:
         raise InputError.at(run.path, f"{len(run.rows)} readings, at least {FEWEST_PLACES} were expected")
     refuse_absurd(run, READING)
     refuse_absurd(run, AZIMUTH)
-    reading = _one_arc(run[READING])
+    reading = _near_zero(_one_arc(run[READING]))
     if np.ptp(reading) < SMALLEST_ARC_DEG:
         problem = f"all readings lie within {np.ptp(reading):g} deg, an arc of {SMALLEST_ARC_DEG:g} deg or more"
         raise run.error(f"{problem} was expected", reading=0, column=READING)
@@ -136,6 +136,12 @@ def _one_arc(reading_deg: np.ndarray) -> np.ndarray:
     if np.ptp(reading_deg) <= np.ptp(together) + 1e-6:
         return reading_deg.copy()
     return together - 360.0 if together.max() >= 360.0 else together
+
+
+def _near_zero(reading_deg: np.ndarray) -> np.ndarray:
+    """The same arc, whole turns left out, in the turn next to the encoder's zero: an error curve begins there."""
+    first = float(reading_deg.min())
+    return reading_deg if -359.0 <= first <= 359.0 else reading_deg - 360.0 * np.rint(first / 360.0)
 
 
 def _azimuths(run: RunFile, reading_deg: np.ndarray, round_: np.ndarray, direction: int) -> np.ndarray:

@@ -116,6 +116,7 @@ def theodolite(output, truth, seed, **options):
         "encoder_model": "simulated encoder",
         "run": "simulated theodolite run",
         "source": source("theodolite", seed),
+        "datum_deg": options["start"],
         "u_azimuth_arcsec": options["noise_azimuth"],
         "u_zenith_arcsec": options["noise_zenith"],
         "u_zenith_index_arcsec": abs(options["zenith_index"]),
