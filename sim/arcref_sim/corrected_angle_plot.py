@@ -26,7 +26,7 @@ def corrected_angle_plot(results: dict[str, CorrectedAngle]) -> bytes:
             (over_line, line_deg, first.raw_line_arcsec, "line_arcsec"),
         ):
             axes.axhline(0, color=QUIET, linewidth=0.8)
-            axes.plot(angle, raw, color=BEFORE_COLOUR, label="not corrected")
+            axes.plot(angle, raw, color=BEFORE_COLOUR, linewidth=3.5, alpha=0.4, label="not corrected")
             for colour, (label, result) in zip((INK, *AFTER_COLOURS), results.items(), strict=False):
                 axes.plot(angle, getattr(result, name), color=colour, linewidth=1.1, label=label)
             axes.set_xlim(0, 360)
