@@ -7,6 +7,7 @@ import numpy as np
 
 from arcref.calibration.calibration_provenance import calibration_provenance
 from arcref.calibration.calibration_result import CalibrationResult, Check, SeriesErrors
+from arcref.calibration.correction_budget import INTERPOLATION
 from arcref.calibration.fit_comparison import compare_fits
 from arcref.calibration.fit_sections import aliasing_section, aliasing_warning, comparison_section, fit_section
 from arcref.calibration.fits.fit_names import DEFAULT_FIT, fit_curve
@@ -49,6 +50,7 @@ def polygon_result(reduction: PolygonReduction, options: PolygonOptions = Polygo
     budget = polygon_budget(inputs, fitted)
     results = _results(reduction) | {"fit": {"name": fitted.name, "parameters": fitted.parameters}}
     results["expanded_uncertainty_arcsec"] = budget.expanded_arcsec
+    results["expanded_uncertainty_without_interpolation_arcsec"] = budget.without(INTERPOLATION).expanded_arcsec
     reading_deg = run.position_deg[run.series.reading_of_face].T
     results["readings"] = readings_json(reading_deg, run.series.weight)
     checks, warnings = polygon_checks(reduction), polygon_warnings(reduction)
