@@ -19,7 +19,7 @@ GATEWARE_SOURCES := $(wildcard gateware/arcref_gateware/*.py gateware/arcref_gat
 
 .DEFAULT_GOAL := zero-return
 .DELETE_ON_ERROR:
-.PHONY: help rom calibrate zero-return verilog bitstream patch flash test bench lint clean manual pins
+.PHONY: help rom calibrate subdivision zero-return verilog bitstream patch flash test bench lint clean manual pins
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 20
@@ -31,6 +31,19 @@ calibrate: | $(READY) ## simulate a polygon run, calibrate from it with a report
 	@$(BIN)/arcref simulate polygon --seed 5 --rounds 2 --backward --tilt 300 --tilt-azimuth 60 -o $(BUILD)/polygon_run.csv
 	@$(BIN)/arcref calibrate polygon $(BUILD)/polygon_run.csv -o $(BUILD)/polygon.cal.json --report $(BUILD)/polygon.html
 	@$(BIN)/arcref rom $(BUILD)/polygon.cal.json -o $(BUILD)/polygon.rom.json
+
+SUBDIVISION := $(BUILD)/subdivision
+
+subdivision: | $(READY) ## calibrate a simulated encoder within the line, too, and show what one and both tables leave
+	@mkdir -p $(SUBDIVISION)
+	@$(BIN)/arcref simulate subdivision --run polygon --seed 4 -o $(SUBDIVISION)/turn.csv
+	@$(BIN)/arcref simulate subdivision --run edges --seed 4 -o $(SUBDIVISION)/edges.csv
+	@$(BIN)/arcref calibrate polygon $(SUBDIVISION)/turn.csv -o $(SUBDIVISION)/turn.cal.json
+	@$(BIN)/arcref calibrate subdivision $(SUBDIVISION)/edges.csv -o $(SUBDIVISION)/edges.cal.json --report $(SUBDIVISION)/edges.html
+	@$(BIN)/arcref rom $(SUBDIVISION)/turn.cal.json -o $(SUBDIVISION)/first.rom.json
+	@$(BIN)/arcref rom $(SUBDIVISION)/turn.cal.json --subdivision $(SUBDIVISION)/edges.cal.json -o $(SUBDIVISION)/both.rom.json
+	@$(BIN)/arcref simulate corrected --seed 4 --rom $(SUBDIVISION)/first.rom.json --rom $(SUBDIVISION)/both.rom.json \
+	    --plot $(SUBDIVISION)/corrected.svg
 
 zero-return: $(ROM) ## run the simulated zero-return test (SPEED=10 TURNS=10 SAMPLES=4); also what `make` does
 	@$(BIN)/arcref simulate zero-return --speed $(SPEED) --revolutions $(TURNS) --samples $(SAMPLES) --rom $(ROM) \

@@ -24,8 +24,9 @@ class ErrorCurve:
 
     `angle_deg`, `error_arcsec`: float64[n], angles strictly increasing within one turn, the closure row left out;
     `u_arcsec`: standard uncertainty (k=1) of each error, or None when none is stated; `provenance`: `encoder_serial`,
-    `date`, `inputs`, of a calibration also `expanded_uncertainty_arcsec` (k=2, of a corrected angle) and the `fit` it
-    holds for; `closure_row`: (angle_deg, error_arcsec) of the first face read
+    `date`, `inputs`, of a calibration also `expanded_uncertainty_arcsec` (k=2, of a corrected angle), the same
+    `expanded_without_interpolation_arcsec` for an error within the line that is corrected, too, and the `fit` they
+    hold for; `closure_row`: (angle_deg, error_arcsec) of the first face read
     again a turn later, or None; `places`: for messages, where in its file each error stands, or None;
     `arc_deg`: (first, last) angle when only an arc of the turn was measured, None for the whole turn;
     `readings_deg`: float64[n, m], at which angles each was read, NaN where it was read less often, with the weights
@@ -83,6 +84,9 @@ class ErrorCurve:
             "encoder_serial": calibration.provenance.get("encoder_serial"),
             "date": calibration.provenance.get("date"),
             "expanded_uncertainty_arcsec": calibration.results.get("expanded_uncertainty_arcsec"),
+            "expanded_without_interpolation_arcsec": calibration.results.get(
+                "expanded_uncertainty_without_interpolation_arcsec"
+            ),
             "fit": calibration.results.get("fit"),
             "inputs": [calibration.file.record | {"kind": calibration.kind, "provenance": calibration.provenance}],
         }

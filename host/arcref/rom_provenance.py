@@ -49,7 +49,7 @@ def rom_provenance(
         "date": curve.provenance.get("date"),
         "method": method,
         "inputs": curve.provenance.get("inputs", []) + (subdivision.provenance["inputs"] if subdivision else []),
-        **_with_second_table(expanded_uncertainty(fit), subdivision),
+        **(_with_second_table(fit, subdivision) if subdivision else expanded_uncertainty(fit)),
         "arcref_version": __version__,
     }
 
@@ -90,12 +90,13 @@ def corrected_lines(fit: FittedCurve) -> tuple[int, int]:
     return int(np.argmax(covered & ~before)), int((np.argmax(~covered & before) - 1) % LINES_PER_TURN)
 
 
-def expanded_uncertainty(fit: FittedCurve) -> dict:
+def expanded_uncertainty(fit: FittedCurve, stated=None) -> dict:
     """The expanded uncertainty (k=2) of a corrected angle with its basis, or null with the reason.
 
-    It is that of the calibration's budget when this is the fit it was made for. For another fit it is never less.
+    It is that of the calibration's budget (`stated`, by default as the curve has it) when this is the fit it was made
+    for. For another fit it is never less.
     """
-    stated = fit.curve.provenance.get("expanded_uncertainty_arcsec")
+    stated = fit.curve.provenance.get("expanded_uncertainty_arcsec") if stated is None else stated
     is_stated = type(stated) in (int, float) and stated > 0
     own = _carried_through(fit)
     if is_stated and fit.curve.provenance.get("fit") == {"name": fit.name, "parameters": fit.parameters}:
@@ -109,15 +110,17 @@ def expanded_uncertainty(fit: FittedCurve) -> dict:
     return {"expanded_uncertainty_arcsec": float(f"{value:.3g}"), "expanded_uncertainty_basis": basis}
 
 
-def _with_second_table(expanded: dict, subdivision: SubdivisionCurve | None) -> dict:
-    """The expanded uncertainty with that of the second table in it."""
-    value = expanded["expanded_uncertainty_arcsec"]
-    if subdivision is None or value is None:
+def _with_second_table(fit: FittedCurve, subdivision: SubdivisionCurve) -> dict:
+    """The expanded uncertainty when the error within a line is corrected, too: the second table's own in its place."""
+    without = fit.curve.provenance.get("expanded_without_interpolation_arcsec")
+    expanded = expanded_uncertainty(fit) if without is None else expanded_uncertainty(fit, without)
+    value, basis = expanded["expanded_uncertainty_arcsec"], expanded.get("expanded_uncertainty_basis")
+    if value is None:
         return expanded
-    basis = expanded["expanded_uncertainty_basis"]
     if subdivision.u_arcsec is None:
         return expanded | {"expanded_uncertainty_basis": f"{basis}; the second table states none of its own"}
-    value = math.hypot(value, COVERAGE_FACTOR * float(subdivision.u_arcsec.max()))
+    # Once in the second table, and once in the first, where it was taken off the faces.
+    value = math.hypot(value, COVERAGE_FACTOR * math.sqrt(2) * float(subdivision.u_arcsec.max()))
     return {
         "expanded_uncertainty_arcsec": float(f"{value:.3g}"),
         "expanded_uncertainty_basis": f"{basis}, and the largest of the second table",

@@ -34,7 +34,7 @@ class CorrectedAngle:
     `rms_arcsec`, `largest_arcsec`: of the corrected angle, the rounding to a count in it; `raw_rms_arcsec`: of the
     angle before correction; `line_arcsec`, `raw_line_arcsec`: float64[256], mean by phase of the reading within the
     line, from which rounding is averaged away; `turn_arcsec`, `raw_turn_arcsec`: float64[720], mean by angle;
-    `readings`: how many; `table_counts`: peak to peak of the second table that was in the core.
+    `readings`: how many.
     """
 
     rms_arcsec: float
@@ -45,7 +45,6 @@ class CorrectedAngle:
     turn_arcsec: np.ndarray
     raw_turn_arcsec: np.ndarray
     readings: int
-    table_counts: float
 
     @property
     def within_line_arcsec(self) -> float:
@@ -58,15 +57,24 @@ class CorrectedAngle:
         return values | {"within_line_arcsec": self.within_line_arcsec}
 
 
-def run_corrected_angle(
+@dataclass(frozen=True, eq=False)
+class CorePositions:
+    """What the core showed in one turn: `raw`, `corrected` int64[n] in counts, and the true angle float64[n]."""
+
+    raw: np.ndarray
+    corrected: np.ndarray
+    true: np.ndarray
+
+
+def run_core(
     encoder: OpticalEncoder,
     rom: CorrectionRom,
     *,
     speed_rps: float = 20.0,
     folder: Path = DEFAULT_BUILD_FOLDER,
     progress: Callable[[float], None] = lambda part: None,
-) -> CorrectedAngle:
-    """Turn the encoder once forward before a core with `rom`, and hold the core's positions against the true angle.
+) -> CorePositions:
+    """Turn the encoder once forward before a core with `rom`, and keep the core's positions and the true angle.
 
     Raises RuntimeError when the core raises a fault flag: then its positions say nothing.
     """
@@ -91,7 +99,7 @@ def run_corrected_angle(
     # Before the zero mark the core counts from its start and does not correct.
     first = int(np.flatnonzero(np.abs(raw + 0.5 - true) < COUNTS_PER_LINE)[0])
     turn = slice(first, first + int(np.searchsorted(raw[first:], raw[first] + COUNTS_PER_TURN)))
-    return _errors(raw[turn], corrected[turn], true[turn], rom)
+    return CorePositions(raw[turn], corrected[turn], true[turn])
 
 
 def _logs(core: VerilatedCore, synthetic: SyntheticEncoder, progress):
@@ -101,7 +109,9 @@ def _logs(core: VerilatedCore, synthetic: SyntheticEncoder, progress):
     yield core.finish()
 
 
-def _errors(raw, corrected, true, rom: CorrectionRom) -> CorrectedAngle:
+def corrected_angle(positions: CorePositions) -> CorrectedAngle:
+    """The errors of a turn."""
+    raw, corrected, true = positions.raw, positions.corrected, positions.true
     line_cell = (raw & (COUNTS_PER_LINE - 1)) * LINE_CELLS // COUNTS_PER_LINE
     turn_cell = (raw & (COUNTS_PER_TURN - 1)) * TURN_CELLS // COUNTS_PER_TURN
     rms, largest, line, turn = [], [], [], []
@@ -112,8 +122,7 @@ def _errors(raw, corrected, true, rom: CorrectionRom) -> CorrectedAngle:
         largest.append(float(np.abs(error).max()))
         line.append(_mean_by_cell(line_cell, error, LINE_CELLS))
         turn.append(_mean_by_cell(turn_cell, error, TURN_CELLS))
-    table_counts = float(np.ptp(rom.subdivision_table)) / 16
-    return CorrectedAngle(rms[1], largest[1], rms[0], line[1], line[0], turn[1], turn[0], raw.size, table_counts)
+    return CorrectedAngle(rms[1], largest[1], rms[0], line[1], line[0], turn[1], turn[0], raw.size)
 
 
 def _mean_by_cell(cell, error, cells: int) -> np.ndarray:

@@ -13,7 +13,7 @@ from arcref.atomic_file import write_files
 from arcref.input_error import InputError
 from arcref.output_files import check_outputs
 from arcref.rom_image import load_rom
-from arcref_sim.corrected_angle import CorrectedAngle, run_corrected_angle
+from arcref_sim.corrected_angle import CorrectedAngle, corrected_angle, run_core
 from arcref_sim.corrected_angle_plot import corrected_angle_plot
 from arcref_sim.metrology.quantity_option import Quantity
 from arcref_sim.optics.optics_options import OPTION_NAMES, optical_encoder, optics_options
@@ -52,7 +52,8 @@ def corrected(roms, seed, speed, plot, json_path, build_folder, **options):
             def done(part: float, task=task) -> None:
                 bar.update(task, completed=part)
 
-            results[name] = run_corrected_angle(encoder, image, speed_rps=speed, folder=build_folder, progress=done)
+            positions = run_core(encoder, image, speed_rps=speed, folder=build_folder, progress=done)
+            results[name] = corrected_angle(positions)
     files = {}
     if plot:
         files[plot] = corrected_angle_plot(results)

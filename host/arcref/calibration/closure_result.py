@@ -14,6 +14,7 @@ from arcref.calibration.closure_checks import (
 from arcref.calibration.closure_run import ClosureRun
 from arcref.calibration.closure_sections import closure_sections
 from arcref.calibration.closure_solution import ClosureSolution, solve_closure
+from arcref.calibration.correction_budget import INTERPOLATION
 from arcref.calibration.fit_options import USUAL_FIT, FitOptions, fit_report
 from arcref.calibration.fits.fit_names import fit_curve
 from arcref.calibration_file import readings_json
@@ -35,6 +36,7 @@ def closure_result(run: ClosureRun, options: FitOptions = USUAL_FIT) -> Calibrat
     face_u = face_u_arcsec(run, solution)
     fit_results, fit_sections = fit_report(fitted, options, readings_deg)
     results = _results(run, solution, face_u) | fit_results | {"expanded_uncertainty_arcsec": budget.expanded_arcsec}
+    results["expanded_uncertainty_without_interpolation_arcsec"] = budget.without(INTERPOLATION).expanded_arcsec
     results["readings"] = readings_json(readings_deg, np.ones(readings_deg.shape[1]))
     return CalibrationResult(
         kind="closure",

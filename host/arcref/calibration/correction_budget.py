@@ -13,6 +13,9 @@ from arcref.run_file import RunFile
 HALF_COUNT_U = 1 / math.sqrt(12)
 """Standard uncertainty, in counts, of a value rounded to the whole count: rectangular, half a count either way."""
 
+INTERPOLATION = "interpolation, not seen by the faces"
+"""Name of the contribution that a second table takes away."""
+
 INTERPOLATION_KEYS = ("u_interpolation_arcsec", "interpolation_amplitude_arcsec")
 
 
@@ -54,7 +57,7 @@ def correction_contributions(
     )
     contributions.append(
         Contribution(
-            "interpolation, not seen by the faces", "B", "arcsine", u_interpolation, "arcsec", math.hypot(1, burnt_in),
+            INTERPOLATION, "B", "arcsine", u_interpolation, "arcsec", math.hypot(1, burnt_in),
             f"stated; once in the reading, and {burnt_in:.2f} times in the ROM, where the faces put it as a false wave",
         )
     )  # fmt: skip

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from arcref.calibration.calibration_provenance import calibration_provenance
 from arcref.calibration.calibration_result import CalibrationResult, Check, SeriesErrors
+from arcref.calibration.correction_budget import INTERPOLATION
 from arcref.calibration.fit_options import USUAL_FIT, FitOptions, fit_report
 from arcref.calibration.fit_sections import aliasing_warning
 from arcref.calibration.fits.fit_names import fit_curve
@@ -47,6 +48,7 @@ def polygon_result(reduction: PolygonReduction, options: PolygonOptions = USUAL)
     fit_results, fit_sections = fit_report(fitted, options.fit, reading_deg)
     results = polygon_results(reduction) | fit_results
     results["expanded_uncertainty_arcsec"] = budget.expanded_arcsec
+    results["expanded_uncertainty_without_interpolation_arcsec"] = budget.without(INTERPOLATION).expanded_arcsec
     results["readings"] = readings_json(reading_deg, run.series.weight)
     checks, warnings = polygon_checks(reduction), polygon_warnings(reduction)
     if options.suspicion:

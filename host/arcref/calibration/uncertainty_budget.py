@@ -53,6 +53,10 @@ class UncertaintyBudget:
         """Combined standard uncertainty of what was stated."""
         return math.hypot(*(contribution.u_arcsec for contribution in self.contributions))
 
+    def without(self, name: str) -> "UncertaintyBudget":
+        """The budget without the contribution called `name`."""
+        return UncertaintyBudget(tuple(each for each in self.contributions if each.name != name), self.missing)
+
     @property
     def expanded_arcsec(self) -> float:
         """Expanded uncertainty, `COVERAGE_FACTOR` times the combined one."""

@@ -10,13 +10,14 @@ from arcref.calibration.metadata_keys import stated_number
 from arcref.calibration.uncertainty_budget import Contribution, MissingInput, UncertaintyBudget
 from arcref.run_file import RunFile
 from arcref.subdivision.count_plots import line_error_plot, ripple_plot
-from arcref.subdivision.count_result import count_result, mean_u_arcsec, wave_curve
+from arcref.subdivision.count_result import count_result, mean_u_arcsec, slope_arcsec_per_deg, wave_curve
 from arcref.subdivision.edge_times_run import edge_times
 from arcref.subdivision.edge_timing import EdgeTiming, edge_timing
 from arcref.subdivision.ripple_limit import TOLERANCE_ARCSEC, RippleLimit, in_step, ripple_limits
+from arcref.subdivision.samples_budget import table_contributions
 from arcref.subdivision.subdivision_run import SubdivisionOptions
 
-RIPPLE_KEY = "line_ripple_percent"
+RIPPLE, RIPPLE_KEY = "speed ripple in step with the lines", "line_ripple_percent"
 
 ARCSEC_PER_PERCENT = 0.01 * ARCSEC_PER_TURN / (2 * math.pi * LINES_PER_TURN)
 """Amplitude of the false error from 1 % of speed ripple that comes once a line: 0.504 arcsec."""
@@ -28,7 +29,7 @@ def edge_timing_result(run: RunFile, options: SubdivisionOptions) -> Calibration
     found = edge_timing(edges)
     limits = ripple_limits(found.solver)
     budget = _budget(run, found)
-    ripple = [each.u_arcsec for each in budget.contributions[1:]]
+    ripple = [each.u_arcsec for each in budget.contributions if each.name == RIPPLE]
     curve = wave_curve(found.wave, math.hypot(*ripple))
     worst = in_step(limits)
     figures = [
@@ -105,14 +106,24 @@ def _budget(run: RunFile, found: EdgeTiming) -> UncertaintyBudget:
         f"{found.blocks} stretches of {found.edges.lines / found.blocks:.3g} lines",
         found.blocks - 1,
     )
+    stretches = math.sqrt(found.blocks)
+    change = Contribution(
+        "change over the turn",
+        "A",
+        "normal",
+        stretches * scatter.u,
+        "arcsec",
+        1.0,
+        "scatter from stretch to stretch, the noise in it; one table serves all lines",
+        found.blocks - 1,
+    )
+    measured = (scatter, change, *table_contributions(slope_arcsec_per_deg(found.wave)))
     percent = stated_number(run, RIPPLE_KEY)
     if percent is None:
-        return UncertaintyBudget((scatter,), (MissingInput("speed ripple in step with the lines", RIPPLE_KEY),))
+        return UncertaintyBudget(measured, (MissingInput(RIPPLE, RIPPLE_KEY),))
     basis = f"stated amplitude {percent:g} %, 0.504 arcsec for each percent"
-    ripple = Contribution(
-        "speed ripple in step with the lines", "B", "arcsine", percent / math.sqrt(2), "%", ARCSEC_PER_PERCENT, basis
-    )
-    return UncertaintyBudget((scatter, ripple))
+    ripple = Contribution(RIPPLE, "B", "arcsine", percent / math.sqrt(2), "%", ARCSEC_PER_PERCENT, basis)
+    return UncertaintyBudget((*measured, ripple))
 
 
 def _limit_section(limits: tuple[RippleLimit, ...]) -> ReportSection:

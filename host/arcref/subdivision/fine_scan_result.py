@@ -8,11 +8,13 @@ from arcref.calibration.metadata_keys import stated_standard_uncertainty
 from arcref.calibration.uncertainty_budget import Contribution, MissingInput, UncertaintyBudget
 from arcref.run_file import RunFile
 from arcref.subdivision.count_plots import line_error_plot
-from arcref.subdivision.count_result import count_result, mean_u_arcsec, wave_curve
+from arcref.subdivision.count_result import count_result, mean_u_arcsec, slope_arcsec_per_deg, wave_curve
 from arcref.subdivision.fine_scan import LINES_FOR_A_BEND, FineScanWave, fine_scan
 from arcref.subdivision.fine_scan_run import fine_scan_readings
+from arcref.subdivision.samples_budget import table_contributions
 from arcref.subdivision.subdivision_run import SubdivisionOptions
 
+AUTOCOLLIMATOR = "autocollimator"
 U_KEY, EXPANDED_KEY = "u_autocollimator_arcsec", "expanded_autocollimator_arcsec"
 
 
@@ -21,7 +23,9 @@ def fine_scan_result(run: RunFile, options: SubdivisionOptions) -> CalibrationRe
     scan = fine_scan_readings(run)
     found = fine_scan(scan)
     budget = _budget(run, found)
-    curve = wave_curve(found.wave, math.hypot(*(each.u_arcsec for each in budget.contributions[1:])))
+    curve = wave_curve(
+        found.wave, math.hypot(*(each.u_arcsec for each in budget.contributions if each.name == AUTOCOLLIMATOR))
+    )
     passages = int(scan.passage[-1]) + 1
     figures = [
         ("readings", f"{scan.count.size} over {scan.lines:.2f} lines" + (f" in {passages} passages" * (passages > 1))),
@@ -81,8 +85,8 @@ def _budget(run: RunFile, found: FineScanWave) -> UncertaintyBudget:
         found.degrees_of_freedom,
     )
     u = stated_standard_uncertainty(run, U_KEY, EXPANDED_KEY)
+    measured = (scatter, *table_contributions(slope_arcsec_per_deg(found.wave)))
     if u is None:
-        return UncertaintyBudget((scatter,), (MissingInput("autocollimator", U_KEY),))
-    return UncertaintyBudget(
-        (scatter, Contribution("autocollimator", "B", "normal", u, "arcsec", 1.0, "as stated by the run file"))
-    )
+        return UncertaintyBudget(measured, (MissingInput(AUTOCOLLIMATOR, U_KEY),))
+    stated = Contribution(AUTOCOLLIMATOR, "B", "normal", u, "arcsec", 1.0, "as stated by the run file")
+    return UncertaintyBudget((*measured, stated))

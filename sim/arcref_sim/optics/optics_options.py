@@ -33,7 +33,7 @@ _OPTIONS = (
         "--eccentricity", type=Quantity("um", 0, 60), default=2.0, show_default=True, metavar="UM", help="Of the disc."
     ),
     click.option(
-        "--ellipse", type=_ARCSEC, default=1.8, show_default=True, metavar="ARCSEC", help="Order 2 of the disc's shape."
+        "--ellipse", type=_ARCSEC, default=2.2, show_default=True, metavar="ARCSEC", help="Order 2 of the disc's shape."
     ),
     click.option(
         "--graduation",
