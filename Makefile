@@ -58,7 +58,7 @@ clean: ## remove what was built, but keep the installed tools
 	rm -rf $(BUILD) .pytest_cache .ruff_cache .hypothesis
 
 manual: $(READY) ## write the tables of README.md and docs/ anew from the contract
-	@$(BIN)/python -m arcref_gateware.manual_tables README.md docs/core.md
+	@$(BIN)/python -m arcref_gateware.manual_tables README.md docs/core.md docs/instrument.md
 	@$(BIN)/python -m arcref_gateware.boards.board_pages docs/boards
 
 pins: ## pin every package again, with hashes, from pyproject.toml (needs pip-compile)

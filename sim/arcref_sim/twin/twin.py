@@ -68,7 +68,8 @@ class Twin:
     shaft turns from the start, towards its zero mark from 5000 counts away. `realtime`: never faster than real time.
     `sleep_after_s`: the instrument's time stands still when its port was silent so long, until a byte or a call comes.
     `change_bytes`: changes what the host sends, and what it is sent, as a bad cable would. `link`: see
-    `PseudoTerminal`. `compiled`: the instrument with this ROM, when it was compiled before. Raises as that, `ConnectedEncoder` and `CompiledTwin.of` do.
+    `PseudoTerminal`. `compiled`: the instrument with this ROM, when it was compiled before; it brings its own word
+    size, clock and baud rate. Raises as `PseudoTerminal`, `ConnectedEncoder` and `CompiledTwin.of` do.
     """
 
     def __init__(

@@ -8,8 +8,8 @@ import pytest
 from arcref.correction_rom import CorrectionRom
 from arcref_gateware.connected_encoder import ConnectedEncoder
 from arcref_sim.twin.twin import Twin
-from arcref_sim.twin.twin_core import CompiledTwin
 from arcref_sim.twin.twin_command import error_that_the_rom_corrects
+from arcref_sim.twin.twin_core import CompiledTwin
 
 PROJECT = Path(__file__).parents[3]
 BUILDS = PROJECT / "build" / "verilated"
