@@ -77,7 +77,7 @@ clean: ## remove what was built, but keep the installed tools
 	rm -rf $(BUILD) .pytest_cache .ruff_cache .hypothesis
 
 manual: $(READY) ## write tables, outputs and pictures of README.md and docs/ anew from what the project does
-	@$(BIN)/python -m arcref_gateware.manual_tables README.md docs/core.md docs/calibration.md
+	@$(BIN)/python -m arcref_gateware.manual_tables README.md docs/core.md docs/calibration.md docs/instrument.md
 	@$(BIN)/python -m arcref_gateware.boards.board_pages docs/boards
 	@$(BIN)/python -m arcref_sim.readme_calibration README.md
 

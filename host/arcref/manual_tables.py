@@ -11,6 +11,8 @@ from arcref.atomic_file import write_text
 from arcref.calibration.metadata_keys import EVERY, METADATA_KEYS
 from arcref.flags import FAULT_FLAGS, FLAG_MEANINGS
 from arcref.input_error import InputError
+from arcref.link.register import Access, Field, Register
+from arcref.link.registers import REGISTERS
 from arcref.position_frame import FRAME_FIELDS
 
 
@@ -63,6 +65,49 @@ def metadata_table() -> str:
     return markdown_table(["key", "group", "runs", "unit", "meaning"], rows)
 
 
+def register_table() -> str:
+    """Every register: address, name, width, access, reset value, unit, and what it says with its fields."""
+    rows = []
+    for register in REGISTERS.registers:
+        meaning = " ".join([register.meaning, *(_field_sentence(register, field) for field in register.fields)])
+        if register.largest is not None:
+            meaning += f" At most {register.largest}."
+        reset = "" if register.access is Access.COMMAND or not _has_reset(register) else f"{register.reset:#x}"
+        width = f"{register.width}{' signed' if register.signed else ''}"
+        rows.append(
+            [
+                f"{register.address:#06x}",
+                f"`{register.name}`",
+                width,
+                register.access.value,
+                reset,
+                register.unit,
+                meaning,
+            ]
+        )
+    return markdown_table(["address", "register", "bits", "access", "reset", "unit", "meaning"], rows)
+
+
+def _has_reset(register: Register) -> bool:
+    """Settings start from their reset value; of what is only read, constants state it."""
+    return register.access is Access.WRITE or register.reset != 0
+
+
+def _field_sentence(register: Register, field: Field) -> str:
+    bits = f"{field.low + field.width - 1}..{field.low}" if field.width > 1 else f"{field.low}"
+    choices = ", ".join(f"{number} {choice}" for number, choice in enumerate(field.choices))
+    return f"Bit{'s' * (field.width > 1)} {bits} `{field.name}`: {field.meaning}" + (f" {choices}." if choices else "")
+
+
+def window_table() -> str:
+    """The memories that stand at addresses of their own."""
+    rows = [
+        [f"{window.address:#06x}", f"`{window.name}`", str(window.words), window.meaning]
+        for window in REGISTERS.windows
+    ]
+    return markdown_table(["from", "window", "words", "meaning"], rows)
+
+
 def fill_page(text: str, tables: dict[str, str]) -> str:
     """`text` with what stands between `<!-- table NAME -->` and `<!-- end NAME -->` replaced, for each table named.
 
@@ -84,5 +129,11 @@ def fill_pages(pages: list[str], tables: dict[str, str]) -> None:
         write_text(page, fill_page(Path(page).read_text(encoding="utf-8"), tables))
 
 
-HOST_TABLES = {"flags": flag_table(), "frame": frame_table(), "metadata": metadata_table()}
+HOST_TABLES = {
+    "flags": flag_table(),
+    "frame": frame_table(),
+    "metadata": metadata_table(),
+    "registers": register_table(),
+    "windows": window_table(),
+}
 """Tables that the host's contract gives."""

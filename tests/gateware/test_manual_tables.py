@@ -10,7 +10,7 @@ from arcref.manual_tables import fill_page
 from arcref_gateware.manual_tables import TABLES
 
 ROOT = Path(__file__).parents[2]
-PAGES = ["README.md", "docs/core.md", "docs/calibration.md"]
+PAGES = ["README.md", "docs/core.md", "docs/calibration.md", "docs/instrument.md"]
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -122,10 +122,9 @@ def _print(result: DynamicError, written: list[Path]) -> None:
         console.print(
             f"delay                 {figures['delay_us']:.4f} us, U = {2 * figures['u_delay_us']:.4f} us (k=2)"
         )
-    console.print(
-        f"error of angle        {figures['angle_error_rms_arcsec']:.3f} arcsec rms, "
-        f"{figures['angle_error_peak_to_peak_arcsec']:.3f} peak to peak, U = {2 * figures['u_angle_error_arcsec']:.3f} (k=2)"
-    )
+    rms, peak_to_peak = figures["angle_error_rms_arcsec"], figures["angle_error_peak_to_peak_arcsec"]
+    expanded = 2 * figures["u_angle_error_arcsec"]
+    console.print(f"error of angle        {rms:.3f} arcsec rms, {peak_to_peak:.3f} peak to peak, U = {expanded:.3f} (k=2)")
     if result.pairs.reference_expanded_arcsec is None:
         console.print("The reference's own uncertainty is not stated, so it is not in these figures.")
     for path in written:

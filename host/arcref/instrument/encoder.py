@@ -175,7 +175,8 @@ class Encoder:
                 if len(records) == n:
                     break
         except InstrumentError as error:
-            raise type(error)(f"capture of {n}: {len(records)} came, then: {error}") from error
+            kind = LinkLost if isinstance(error, LinkLost) else InstrumentError
+            raise kind(f"capture of {n}: {len(records)} came, then: {error}") from error
         finally:
             stream.close()
         return capture_array(records, self.identity.sample_rate_hz)

@@ -1,6 +1,7 @@
 """The short table that the command prints and the page begins with: the same rows for simulation and instrument."""
 
 from arcref.angle import COUNTS_PER_TURN
+from arcref.flags import Flag
 from arcref.zero_return.result import ZeroReturnResult, closure_text
 from arcref.zero_return.truth_parts import ErrorFigures
 
@@ -83,6 +84,8 @@ def _ends_of_the_correction(result: ZeroReturnResult) -> list[tuple[str, str]]:
     compared = "not checked: no ROM image was named"
     if wrong is not None:
         compared = f"{result.instrument.readings} readings, {wrong} wrong"
+    if not result.flags & Flag.CORRECTION_ACTIVE:
+        compared = f"the correction was off; {compared}"
     return [
         ("corrected, off the ROM", compared),
         ("SPI frames", "not checked: read over the serial link"),
@@ -94,4 +97,5 @@ def _work_done(result: ZeroReturnResult) -> tuple[str, str]:
         text = f"{result.counts_per_s / 1e6:.2f} M counts/s, {result.samples_per_s / 1e6:.1f} M samples/s"
         return "simulated", text
     parts = result.instrument
-    return "measured", f"{parts.readings} readings in {parts.duration_s:.1f} s, {parts.readings_per_s:.1f} a second"
+    rate = f"{parts.readings_per_s:.3g}" if parts.readings_per_s < 100 else f"{parts.readings_per_s:,.0f}"
+    return "measured", f"{parts.readings:,} readings in {parts.duration_s:.3g} s, {rate} a second"

@@ -68,7 +68,8 @@ class Twin:
     shaft turns from the start, towards its zero mark from 5000 counts away. `realtime`: never faster than real time.
     `sleep_after_s`: the instrument's time stands still when its port was silent so long, until a byte or a call comes.
     `change_bytes`: changes what the host sends, and what it is sent, as a bad cable would. `link`: see
-    `PseudoTerminal`. Raises as that, `ConnectedEncoder` and `CompiledTwin.of` do.
+    `PseudoTerminal`. `compiled`: the instrument with this ROM, when it was compiled before; it brings its own word
+    size, clock and baud rate. Raises as `PseudoTerminal`, `ConnectedEncoder` and `CompiledTwin.of` do.
     """
 
     def __init__(
@@ -87,10 +88,14 @@ class Twin:
         change_bytes: Callable[[bytes], bytes] = lambda data: data,
         link: Path | None = None,
         folder: Path = DEFAULT_BUILD_FOLDER,
+        compiled: CompiledTwin | None = None,
     ):
-        design = ConnectedEncoder(rom, samples_per_word, word_clock_hz=word_clock_hz, baud=baud)
+        if compiled is None:
+            design = ConnectedEncoder(rom, samples_per_word, word_clock_hz=word_clock_hz, baud=baud)
+            compiled = CompiledTwin.of(design, folder)
         self.rom = rom
-        self.core = TwinCore(CompiledTwin.of(design, folder))
+        self.core = TwinCore(compiled)
+        samples_per_word, word_clock_hz = self.core.samples_per_word, compiled.word_clock_hz
         start = (APPROACH_COUNTS if speed_rps < 0 else -APPROACH_COUNTS) + 0.5
         motion = LiveMotion(float((graduation or GraduationError.none()).true_at_reading(start)), speed_rps)
         rate_hz = word_clock_hz * samples_per_word

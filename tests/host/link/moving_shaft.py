@@ -14,7 +14,7 @@ class MovingShaft(dict):
     Every reading of the watching registers and every snapshot takes between half and the whole of `step_s`; meanwhile
     the shaft turns at `speed_rps` towards `turn_at` (turns), then back to `end_at`. `start` is where it begins. The
     zero mark is at whole turns. `lost`: {turns: counts} lost where the shaft passes that place forward. `dark`: turns
-    whose mark does not come. `correct`: raw position to corrected.
+    whose mark does not come. `correct`: raw position to corrected; with `corrects` False the correction is off.
     """
 
     def __init__(
@@ -28,7 +28,7 @@ class MovingShaft(dict):
         self.dark, self.correct = more.pop("dark", set()), more.pop("correct", lambda raw: raw)
         self.homed, self.zero = homed, more.pop("zero", 0)  # `zero`: raw position where the place is 0
         self.armed = not homed
-        self.inside_turn = None
+        self.corrects = more.pop("corrects", True)
         self.time = 5 * SAMPLE_RATE_HZ
         self.on_step = lambda: None
         self.stands = False
@@ -53,7 +53,7 @@ class MovingShaft(dict):
         if name in ("closure_error", "snapshot_number"):
             self.step(self.step_s * self.random.uniform(0.5, 1))
         if name == "snapshot_number":
-            flags = self["flags"] | (Flag.CORRECTION_ACTIVE if self.homed else 0)
+            flags = self["flags"] | (Flag.CORRECTION_ACTIVE if self.homed and self.corrects else 0)
             self |= {"snapshot_raw": self.raw, "snapshot_position": self.correct(self.raw), "snapshot_time": self.time}
             self["snapshot_flags"] = int(flags) | self.homed << 8
         return super().get(name, default)

@@ -208,6 +208,12 @@ def test_a_bad_rom_in_the_instrument_fails(run):
     assert failed(run(1, rom_state=2)[0]) == ["the correction ROM is good"]
 
 
+def test_a_correction_that_is_off_is_stated(run):
+    told = dict(figures(run(1, corrects=False)[0]))["corrected, off the ROM"]
+    assert told == "the correction was off; not checked: no ROM image was named"
+    assert dict(figures(run(1)[0]))["corrected, off the ROM"] == "not checked: no ROM image was named"
+
+
 class GeneratedShaft(MovingShaft):
     """Turned by the test generator's registers."""
 

@@ -35,19 +35,15 @@ def test_every_k_counts_there_is_one_pulse_in_both_directions(make_twin, speed_r
         turned_word = turned_s * 200e6
         for forward in (True, False):
             chosen = rises[(rises < turned_word) == forward]
-            # The word at which the corrected position passed a line, from the truth: so many words before the pulse.
-            latest = twin.core.latency_words + COMPARE_CLOCKS + 4
-            words = chosen[:, None] - np.arange(latest + 1)
-            position = twin.rom.correct(twin.encoder.ideal_count_at(words * 4 + 3))
-            line = (position - start) // period
-            passed = line[:, :-1] != line[:, 1:]  # the line between a word and the one before it
-            assert np.all(passed.sum(axis=1) >= 1)
-            delays = [set(np.flatnonzero(row).tolist()) for row in passed]
-            common = [delay for delay in range(latest) if all(delay in row or delay + 1 in row for row in delays)]
-            assert common, "the pulses come at more than one word's difference from their lines"
-            # One for each line: in order, none left out, none twice.
-            numbers = np.array([row[min(d for d in delay if d in (common[0], common[0] + 1))]
-                                for row, delay in zip(line, delays, strict=True)])  # fmt: skip
-            assert np.all(np.diff(numbers) == (1 if forward else -1))
-            if forward:
-                assert numbers[0] == 0
+            # The word with which the corrected position passed a line, as the truth has it: always as long before.
+            word = chosen - twin.core.latency_words - COMPARE_CLOCKS
+            before, at = (line_below(twin, word + shift, start, period) for shift in (-1, 0))
+            assert np.all(at != before), "a pulse came with another word than its line"
+            # In order, none left out, none twice, from the start on.
+            assert np.all(np.diff(at) == (1 if forward else -1))
+            assert not forward or at[0] == 0
+
+
+def line_below(twin, word, start: int, period: int) -> np.ndarray:
+    """Number of the grid line at or below the corrected position after a word."""
+    return (twin.rom.correct(twin.encoder.ideal_count_at(word * 4 + 3)) - start) // period

@@ -13,7 +13,7 @@ from arcref.instrument.trial import BEGIN, FINISH
 def other_rom(random) -> CorrectionRom:
     """Tables in which no entry says what another does, with a correction inside the lines."""
     line = random.integers(-2000, 2000, 4096).astype(np.int16)
-    return CorrectionRom(line, random.integers(-60, 60, 512).astype(np.int16), {"serial": "trial"})
+    return CorrectionRom(line, random.integers(-60, 60, 512).astype(np.int16), {"encoder_serial": "trial"})
 
 
 def turn_past_the_index(twin, encoder) -> None:
