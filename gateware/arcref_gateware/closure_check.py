@@ -57,7 +57,7 @@ class ClosureCheck(wiring.Component):
     index_way_back: In(signed(3))
     """Minus the sum of the word's steps after the index."""
     clear: In(1)
-    """1 starts the search for the largest closure error again, from the one whose `closure_fault` is up a clock later."""
+    """1 starts the search for the largest closure error again, from the one whose `closure_fault` comes a clock later."""
     closure_error: Out(signed(CLOSURE_BITS))
     """Closure error at the last index that was checked, in counts."""
     largest_closure_error: Out(signed(CLOSURE_BITS))

@@ -124,7 +124,8 @@ def _print(result: DynamicError, written: list[Path]) -> None:
         )
     rms, peak_to_peak = figures["angle_error_rms_arcsec"], figures["angle_error_peak_to_peak_arcsec"]
     expanded = 2 * figures["u_angle_error_arcsec"]
-    console.print(f"error of angle        {rms:.3f} arcsec rms, {peak_to_peak:.3f} peak to peak, U = {expanded:.3f} (k=2)")
+    sizes = f"{rms:.3f} arcsec rms, {peak_to_peak:.3f} peak to peak"
+    console.print(f"error of angle        {sizes}, U = {expanded:.3f} (k=2)")
     if result.pairs.reference_expanded_arcsec is None:
         console.print("The reference's own uncertainty is not stated, so it is not in these figures.")
     for path in written:
