@@ -227,7 +227,7 @@ BAD = {
     ),
     "faces twice": (
         run(keys=("# faces: 8", "# faces: 8", KEYS[1])),
-        ", row 1: metadata faces: '8; 8' is not a finite number (1 expected)",
+        ", row 1: metadata faces: stated more than once (8; 8), one line was expected",
     ),
     "fewer readings than faces": (
         run(ROWS[:5]),
