@@ -35,8 +35,8 @@ class DelayLine(wiring.Component):
             return m
         ahead = self.clocks - LEAST_MEMORY_CLOCKS + 1
         address_bits = ahead.bit_length()
-        # It never reads where it writes, so synthesis need not care what would come of that. It heeds the attribute only
-        # where the memory's output register is a plain one behind a port without a clock.
+        # It never reads where it writes, so synthesis need not care what would come of that. It heeds the attribute
+        # only where the memory's output register is a plain one behind a port without a clock.
         attributes = {"ram_style": "block", "no_rw_check": 1}
         memory = Memory(shape=len(self.value), depth=1 << address_bits, init=[], attrs=attributes)
         m.submodules.memory = memory

@@ -21,6 +21,9 @@ LOWEST_CLOCK_RATIO = 8
 SENT_BITS = FRAME_BITS - FRAME_FIELD["crc"].width
 """Bits before the CRC: 56."""
 
+SHOWN_CLOCKS = 3
+"""Clocks from a chip select or an edge of SCK to the next bit, ready for the CRC."""
+
 COMMAND_BITS = 16
 """Bits of a command that are kept: the command byte and its argument."""
 
@@ -83,42 +86,44 @@ class PositionSpi(wiring.Component):
             "frame_counter": frame_counter,
         }
         snapshot = Cat(*(values[field.name] for field in reversed(FRAME_FIELDS) if field.name in values))
-        m.submodules.sent_crc = sent_crc = CRC8_AUTOSAR(data_width=1).create()
-        load_crc = Signal()
-        m.d.comb += [
-            self.cipo.eq(selected & Mux(sck, showing, following[-1])),
-            sent_crc.start.eq(starts),
-            sent_crc.data.eq(following[-1]),
-            sent_crc.valid.eq(samples),
-        ]
         # SCK leaves eight clocks a bit, so where the frame stands may be known a clock late.
         last_before_crc, in_command, in_rest, complete = Signal(), Signal(), Signal(), Signal()
-        overlong = Signal()
+        overlong, counts = Signal(), Signal()
+        m.d.comb += self.cipo.eq(selected & Mux(sck, showing, following[-1]))
         m.d.sync += [
             last_before_crc.eq(bit == SENT_BITS - 1),
             in_command.eq(bit < COMMAND_BITS),
             in_rest.eq((bit >= COMMAND_BITS) & (bit < SENT_BITS)),
             complete.eq(bit == FRAME_BITS),
             overlong.eq(bit == FRAME_BITS + 1),
-            load_crc.eq(samples & last_before_crc),
+            counts.eq(samples & ~overlong),
+            bit.eq(bit + counts),
         ]
-        with m.If(~sck):
-            m.d.sync += showing.eq(following[-1])
-        # Followed until a clock after chip select falls, so that the first bit is there at once. Whether it moves is
-        # decided a clock ahead.
-        moves = Signal(init=1)
-        m.d.sync += moves.eq(cs_n | rises | (samples & last_before_crc))
-        crc_bits = len(sent_crc.crc)
-        shifted = Cat(Const(0, 1), following[:-1])
-        loaded = Mux(load_crc, Cat(Const(0, SENT_BITS - crc_bits), sent_crc.crc), shifted)
-        with m.If(moves):
-            m.d.sync += following.eq(Mux(last_cs_n, snapshot, loaded))
-        with m.If(starts):
-            m.d.sync += frame_counter.eq(frame_counter + 1)
         with m.If(late_starts):
             m.d.sync += bit.eq(0)
-        with m.Elif(late_samples & ~overlong):
-            m.d.sync += bit.eq(bit + 1)
+        with m.If(starts):
+            m.d.sync += frame_counter.eq(frame_counter + 1)
+        with m.If(~sck):
+            m.d.sync += showing.eq(following[-1])
+
+        # Each bit goes into the CRC while it is shown: the CRC is there before the last of them has gone out.
+        m.submodules.sent_crc = sent_crc = CRC8_AUTOSAR(data_width=1).create()
+        sent_bit = Signal(reset_less=True)
+        crc_bits = len(sent_crc.crc)
+        tail = Signal(crc_bits)
+        m.d.sync += [sent_bit.eq(following[-1]), tail.eq(sent_crc.crc & last_before_crc.replicate(crc_bits))]
+        m.d.comb += [
+            sent_crc.start.eq(starts),
+            sent_crc.data.eq(sent_bit),
+            sent_crc.valid.eq(delayed(m, starts | samples, SHOWN_CLOCKS, name="shown")),
+        ]
+        # Followed until a clock after chip select falls, so that the first bit is there at once. Whether it moves is
+        # decided a clock ahead. Zeros come in behind the frame, where the CRC is put in with its last bit.
+        moves = Signal(init=1)
+        m.d.sync += moves.eq(cs_n | rises)
+        shifted = Cat(Const(0, 1), following[:-1]) | Cat(Const(0, SENT_BITS - crc_bits), tail)
+        with m.If(moves):
+            m.d.sync += following.eq(Mux(last_cs_n, snapshot, shifted))
 
         # The command: its first two bytes are kept, the five after them must be zero.
         m.submodules.received_crc = received_crc = CRC8_AUTOSAR(data_width=1).create()
@@ -129,13 +134,13 @@ class PositionSpi(wiring.Component):
             received_crc.data.eq(late_received),
             received_crc.valid.eq(late_samples),
         ]
-        with m.If(late_starts):
-            m.d.sync += rest_is_zero.eq(1)
-        with m.Elif(late_samples):
-            with m.If(in_command):
-                m.d.sync += Cat(argument, command).eq(Cat(late_received, argument, command))
-            with m.Elif(in_rest & late_received):
-                m.d.sync += rest_is_zero.eq(0)
+        spoils = Signal()
+        m.d.sync += [
+            spoils.eq(samples & in_rest & received),
+            rest_is_zero.eq((rest_is_zero & ~spoils) | late_starts),
+        ]
+        with m.If(late_samples & in_command):
+            m.d.sync += Cat(argument, command).eq(Cat(late_received, argument, command))
         obeyed = Signal()
         asked, whole, matches = Signal(), Signal(), Signal()
         m.d.sync += [
@@ -144,6 +149,5 @@ class PositionSpi(wiring.Component):
             whole.eq(complete & rest_is_zero & asked & matches),
             obeyed.eq(ended & whole),
         ]
-        with m.If(obeyed):
-            m.d.comb += self.clear_flags.eq(argument)
+        m.d.sync += self.clear_flags.eq(argument & obeyed.replicate(len(argument)))
         return m
