@@ -57,7 +57,7 @@ class ClosureCheck(wiring.Component):
     index_way_back: In(signed(3))
     """Minus the sum of the word's steps after the index."""
     clear: In(1)
-    """1 starts the search for the largest closure error again, from the one whose `closure_fault` comes a clock later."""
+    """1 starts the search for the largest closure error again, from the error whose `closure_fault` comes next."""
     closure_error: Out(signed(CLOSURE_BITS))
     """Closure error at the last index that was checked, in counts."""
     largest_closure_error: Out(signed(CLOSURE_BITS))
@@ -125,16 +125,17 @@ class ClosureCheck(wiring.Component):
 
         # The size of the error is made while the error waits, so that the largest is known a clock after the last.
         below = delayed(m, at_index[-1], 1, name="at_index_below")
-        turned, size = Signal(ERROR_BITS - 1), Signal(ERROR_BITS - 1)
+        turned, size, checked_size = (Signal(ERROR_BITS - 1, name=name) for name in ("turned", "size", "checked_size"))
         m.d.sync += [
             turned.eq(at_index[: ERROR_BITS - 1] ^ at_index[-1].replicate(ERROR_BITS - 1)),
             size.eq(turned + below),
+            checked_size.eq(size & (checked & index_near).replicate(ERROR_BITS - 1)),
         ]
         m.submodules.search = search = RunningLargest(ERROR_BITS - 1)
         taken, none = Signal(), Signal()
         m.d.sync += [taken.eq(search.takes), none.eq(search.none & ~search.takes)]
         m.d.comb += [
-            search.number.eq(delayed(m, size, 1, name="size")),
+            search.number.eq(checked_size),
             search.valid.eq(checked_near),
             search.clear.eq(self.clear),
             self.closure_error.eq(last_error),

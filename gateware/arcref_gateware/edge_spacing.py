@@ -131,9 +131,10 @@ class EdgeSpacing(wiring.Component):
         # Fourth clock: the word's shortest spacing, turned over, so that the shortest is the largest.
         turned = Signal(SPACING_BITS, reset_less=True)
         spacing_valid = Signal()
+        has_spacing = cross_is_shorter | (inner_3 != 0)
         m.d.sync += [
-            turned.eq(~Mux(cross_is_shorter, cross, inner_3)),
-            spacing_valid.eq(cross_is_shorter | (inner_3 != 0)),
+            turned.eq(~Mux(cross_is_shorter, cross, inner_3) & has_spacing.replicate(SPACING_BITS)),
+            spacing_valid.eq(has_spacing),
             self.at_limit.eq(cross_at_limit | (inner_3 == 1)),
         ]
         m.submodules.search = search = RunningLargest(SPACING_BITS)

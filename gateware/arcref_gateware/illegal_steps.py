@@ -57,9 +57,18 @@ class IllegalSteps(wiring.Component):
         ]
         stopped = (full | high[-1]).replicate(ILLEGAL_COUNT_BITS)
         m.d.sync += self.count.eq(Cat(delayed(m, low[:half], 1, name="low"), high[:-1]) | stopped)
-        # The first word with an illegal step, told with `count`.
+        # The first word with an illegal step, told with `count`. In reset the place is taken too, when it is 0: a reset
+        # of its own would lengthen the way to the enable of so many registers.
         seen, first = Signal(), Signal()
-        m.d.sync += [seen.eq(seen | (in_word != 0)), first.eq((in_word != 0) & ~seen)]
-        with m.If(delayed(m, first, self.CLOCKS - 2, name="first")):
-            m.d.sync += [self.first_position.eq(self.position), self.first_time.eq(self.time)]
+        takes = Signal(init=1)
+        first_position = Signal(POSITION_BITS, reset_less=True)
+        first_time = Signal(POSITION_BITS, reset_less=True)
+        m.d.sync += [
+            seen.eq(seen | (in_word != 0)),
+            first.eq((in_word != 0) & ~seen),
+            takes.eq(delayed(m, first, self.CLOCKS - 3, name="first")),
+        ]
+        with m.If(takes):
+            m.d.sync += [first_position.eq(self.position), first_time.eq(self.time)]
+        m.d.comb += [self.first_position.eq(first_position), self.first_time.eq(first_time)]
         return m

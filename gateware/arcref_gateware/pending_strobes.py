@@ -1,5 +1,8 @@
 """Strobes that wait for their due sample: a ring of slots, each of which knows the word its strobe came in."""
 
+from functools import reduce
+from operator import and_
+
 from amaranth.hdl import Cat, Const, Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
@@ -9,14 +12,17 @@ from arcref_gateware.register_stages import delayed, sum_and_carry
 PENDING_STROBES = 16
 """Strobes that may wait at once."""
 
-LEAST_WAIT_WORDS = 6
+LEAST_WAIT_WORDS = 7
 """Shortest wait in words: what a strobe needs to get into a slot and out again."""
 
-COMPARED_BITS = 4
-"""Bits that are compared in one clock: two levels of logic."""
+COMPARED_BITS = 2
+"""Bits that are compared in one clock: one level of logic, as the word to compare with goes to every slot."""
 
 LOW_BITS = 8
 """Bits of the lower part of a word's number: the carry into the upper part is known a clock ahead."""
+
+PARTS_JOINED = 4
+"""Comparisons that are joined in one clock."""
 
 SLOT_GROUP = 4
 """Slots whose samples are gathered in one clock."""
@@ -69,14 +75,14 @@ class PendingStrobes(wiring.Component):
         m.d.sync += [low.eq(low + 1), low_full.eq(low == (1 << LOW_BITS) - 2), high.eq(high + low_full)]
         now = Cat(low, high)
 
-        # The word whose strobe must start on its way out now, four words before it is due: the present word's number,
-        # two clocks old, and 6 - wait. The lower part goes a clock ahead of the upper one.
+        # The word whose strobe must start on its way out now, five words before it is due: the present word's number,
+        # two clocks old, and 7 - wait. The lower part goes a clock ahead of the upper one.
         not_wait = Signal(words, reset_less=True)
         low_lead, high_lead = Signal(LOW_BITS + 1, reset_less=True), Signal(words - LOW_BITS, reset_less=True)
         low_then, high_then = Signal(LOW_BITS + 1, reset_less=True), Signal(words - LOW_BITS, reset_less=True)
         m.d.sync += [
             not_wait.eq(~self.wait),
-            low_lead.eq(sum_and_carry(not_wait[:LOW_BITS], Const(7, LOW_BITS))),
+            low_lead.eq(sum_and_carry(not_wait[:LOW_BITS], Const(8, LOW_BITS))),
             high_lead.eq(not_wait[LOW_BITS:] + low_lead[-1]),
             low_then.eq(sum_and_carry(low, low_lead[:LOW_BITS])),
             high_then.eq(delayed(m, high, 1, name="high") + high_lead + low_then[-1]),
@@ -84,7 +90,7 @@ class PendingStrobes(wiring.Component):
         then = Cat(delayed(m, low_then[:LOW_BITS], 1, name="low_then"), high_then)
 
         # A strobe is written a clock after it was taken, which keeps the enables of the slots short. A slot counts as
-        # used a clock after that, when it has been compared with its new strobe and not with the one before.
+        # used some clocks after that, when it has been compared with its new strobe and not with the one before.
         arrival = delayed(m, now, 1, name="now")
         sample = delayed(m, self.sample, 1, name="sample")
         slot = Signal(PENDING_STROBES, init=1)
@@ -93,23 +99,31 @@ class PendingStrobes(wiring.Component):
         left = Signal(PENDING_STROBES)
         arrivals = [Signal(words, name=f"arrival{i}", reset_less=True) for i in range(PENDING_STROBES)]
         samples = [Signal(len(self.sample), name=f"sample{i}", reset_less=True) for i in range(PENDING_STROBES)]
-        m.d.sync += [writes.eq(slot & self.accept.replicate(PENDING_STROBES)), written.eq(writes)]
+        m.d.sync += [
+            writes.eq(slot & self.accept.replicate(PENDING_STROBES)),
+            written.eq(delayed(m, writes, 1, name="writes")),
+        ]
         with m.If(self.accept):
             m.d.sync += slot.eq(slot.rotate_left(1))
         for i in range(PENDING_STROBES):
             with m.If(writes[i]):
                 m.d.sync += [arrivals[i].eq(arrival), samples[i].eq(sample)]
 
-        # Compared in two clocks, a few bits to a register each. Nothing moves here while no strobe waits.
+        # Compared in three clocks, a few bits to a register each. Nothing moves here while no strobe waits.
         waiting = Signal()
         m.d.sync += waiting.eq(pending[0])
-        match = used
+        parts = []
         for place in range(0, words, COMPARED_BITS):
             part = slice(place, min(place + COMPARED_BITS, words))
             equal = Signal(PENDING_STROBES, name=f"equal{place}", reset_less=True)
             with m.If(waiting):
                 m.d.sync += equal.eq(Cat(arrival_word[part] == then[part] for arrival_word in arrivals))
-            match = match & equal
+            parts.append(equal)
+        match = used
+        for first in range(0, len(parts), PARTS_JOINED):
+            joined = Signal(PENDING_STROBES, name=f"joined{first}")
+            m.d.sync += joined.eq(reduce(and_, parts[first : first + PARTS_JOINED]))
+            match = match & joined
         m.d.sync += [left.eq(match), used.eq((used | written) & ~left)]
         # The sample of the one that left, gathered in two clocks.
         gathered, any_left = 0, []

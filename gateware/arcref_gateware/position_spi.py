@@ -29,6 +29,9 @@ LOWEST_CLOCK_RATIO = 8
 SENT_BITS = FRAME_BITS - FRAME_FIELD["crc"].width
 """Bits before the CRC: 56."""
 
+SHOWN_CLOCKS = 3
+"""Clocks from a chip select or an edge of SCK to the next bit, ready for the CRC."""
+
 COMMAND_BITS = 40
 """Bits of a command that are kept: the command byte, and what goes with it."""
 
@@ -101,43 +104,45 @@ class PositionSpi(wiring.Component):
         snapshot = Mux(answer_waits, Cat(frame_counter, answer), position)
         with m.If(starts):
             m.d.sync += [sends_answer.eq(answer_waits), answer_waits.eq(0)]
-        m.submodules.sent_crc = sent_crc = CRC8_AUTOSAR(data_width=1).create()
-        load_crc = Signal()
-        m.d.comb += [
-            self.cipo.eq(selected & Mux(sck, showing, following[-1])),
-            sent_crc.start.eq(starts),
-            sent_crc.data.eq(following[-1]),
-            sent_crc.valid.eq(samples),
-        ]
         # SCK leaves eight clocks a bit, so where the frame stands may be known a clock late.
         last_before_crc, in_command, in_rest, complete = Signal(), Signal(), Signal(), Signal()
-        overlong = Signal()
+        overlong, counts = Signal(), Signal()
+        m.d.comb += self.cipo.eq(selected & Mux(sck, showing, following[-1]))
         m.d.sync += [
             last_before_crc.eq(bit == SENT_BITS - 1),
             in_command.eq(bit < COMMAND_BITS),
             in_rest.eq((bit >= COMMAND_BITS) & (bit < SENT_BITS)),
             complete.eq(bit == FRAME_BITS),
             overlong.eq(bit == FRAME_BITS + 1),
-            load_crc.eq(samples & last_before_crc),
+            counts.eq(samples & ~overlong),
+            bit.eq(bit + counts),
         ]
-        with m.If(~sck):
-            m.d.sync += showing.eq(following[-1])
-        # Followed until a clock after chip select falls, so that the first bit is there at once. Whether it moves is
-        # decided a clock ahead.
-        moves = Signal(init=1)
-        m.d.sync += moves.eq(cs_n | rises | (samples & last_before_crc))
-        crc_bits = len(sent_crc.crc)
-        shifted = Cat(Const(0, 1), following[:-1])
-        crc = sent_crc.crc ^ sends_answer.replicate(crc_bits)
-        loaded = Mux(load_crc, Cat(Const(0, SENT_BITS - crc_bits), crc), shifted)
-        with m.If(moves):
-            m.d.sync += following.eq(Mux(last_cs_n, snapshot, loaded))
-        with m.If(starts):
-            m.d.sync += frame_counter.eq(frame_counter + 1)
         with m.If(late_starts):
             m.d.sync += bit.eq(0)
-        with m.Elif(late_samples & ~overlong):
-            m.d.sync += bit.eq(bit + 1)
+        with m.If(starts):
+            m.d.sync += frame_counter.eq(frame_counter + 1)
+        with m.If(~sck):
+            m.d.sync += showing.eq(following[-1])
+
+        # Each bit goes into the CRC while it is shown: the CRC is there before the last of them has gone out.
+        m.submodules.sent_crc = sent_crc = CRC8_AUTOSAR(data_width=1).create()
+        sent_bit = Signal(reset_less=True)
+        crc_bits = len(sent_crc.crc)
+        tail = Signal(crc_bits)
+        crc = sent_crc.crc ^ sends_answer.replicate(crc_bits)
+        m.d.sync += [sent_bit.eq(following[-1]), tail.eq(crc & last_before_crc.replicate(crc_bits))]
+        m.d.comb += [
+            sent_crc.start.eq(starts),
+            sent_crc.data.eq(sent_bit),
+            sent_crc.valid.eq(delayed(m, starts | samples, SHOWN_CLOCKS, name="shown")),
+        ]
+        # Followed until a clock after chip select falls, so that the first bit is there at once. Whether it moves is
+        # decided a clock ahead. Zeros come in behind the frame, where the CRC is put in with its last bit.
+        moves = Signal(init=1)
+        m.d.sync += moves.eq(cs_n | rises)
+        shifted = Cat(Const(0, 1), following[:-1]) | Cat(Const(0, SENT_BITS - crc_bits), tail)
+        with m.If(moves):
+            m.d.sync += following.eq(Mux(last_cs_n, snapshot, shifted))
 
         # The command: its first five bytes are kept, the two after them must be zero.
         m.submodules.received_crc = received_crc = CRC8_AUTOSAR(data_width=1).create()
@@ -149,13 +154,13 @@ class PositionSpi(wiring.Component):
             received_crc.data.eq(late_received),
             received_crc.valid.eq(late_samples),
         ]
-        with m.If(late_starts):
-            m.d.sync += rest_is_zero.eq(1)
-        with m.Elif(late_samples):
-            with m.If(in_command):
-                m.d.sync += kept.eq(Cat(late_received, kept))
-            with m.Elif(in_rest & late_received):
-                m.d.sync += rest_is_zero.eq(0)
+        spoils = Signal()
+        m.d.sync += [
+            spoils.eq(samples & in_rest & received),
+            rest_is_zero.eq((rest_is_zero & ~spoils) | late_starts),
+        ]
+        with m.If(late_samples & in_command):
+            m.d.sync += kept.eq(Cat(late_received, kept))
         clears, reads, writes, whole, matches = Signal(), Signal(), Signal(), Signal(), Signal()
         no_low_word, no_high_rest = Signal(), Signal()
         obeyed, reads_now, writes_now = Signal(), Signal(), Signal()
@@ -171,8 +176,7 @@ class PositionSpi(wiring.Component):
             reads_now.eq(ended & whole & reads),
             writes_now.eq(ended & whole & writes),
         ]
-        with m.If(obeyed):
-            m.d.comb += self.clear_flags.eq(high_word[8:])
+        m.d.sync += self.clear_flags.eq(high_word[8:] & obeyed.replicate(8))
 
         registers = self.registers
         asking = Signal()

@@ -173,7 +173,7 @@ class RomCheck(wiring.Component):
                 m.next = "START"
 
         # The identity is read a clock later than the others are, whose address goes through the correction first.
-        identity_address = delayed(m, place, READ_CLOCKS - TABLE_CLOCKS - 1, name="identity_place")
+        identity_address = delayed(m, place[: self.SMALL_BITS], READ_CLOCKS - TABLE_CLOCKS - 1, name="identity_place")
         m.d.sync += [
             identity.address.eq(Mux(self.busy, identity_address, self.identity_address)),
             identity.write.eq(self.write_identity),
@@ -184,7 +184,7 @@ class RomCheck(wiring.Component):
         sources = [from_identity, source_line, source_subdivision, source_crc]
         tags = delayed(m, Cat(takes, *sources, ends_identity, ends_tables, restarts), READ_CLOCKS, name="read")
         take, in_identity, in_line, in_subdivision, in_crc, end_identity, end_tables, restart = tags
-        read_place = delayed(m, place, READ_CLOCKS - 1, name="read_place")
+        read_place = delayed(m, place[: self.SMALL_BITS], READ_CLOCKS - 1, name="read_place")
 
         table_crc = Signal(32, reset_less=True)
         crc_half = Signal(16, reset_less=True)

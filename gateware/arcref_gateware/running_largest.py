@@ -33,7 +33,7 @@ class RunningLargest(wiring.Component):
         )
 
     number: In
-    """The next number."""
+    """The next number; 0 when there is none."""
     valid: In
     """1 when there is one."""
     clear: In
@@ -51,18 +51,21 @@ class RunningLargest(wiring.Component):
         # Kept turned over: a number exceeds another when adding it to the other, turned over, carries out.
         not_before, not_largest = Signal(width, reset_less=True), Signal(width, reset_less=True)
         exceeds_largest, exceeds_before = Signal(), Signal()
-        arrived, took, empty = Signal(), Signal(), Signal(init=1)
+        arrived, took, first, empty = Signal(), Signal(), Signal(), Signal(init=1)
+        forgotten = self.clear | (self.none & ~arrived)
         m.d.sync += [
             not_before.eq(~self.number),
             exceeds_largest.eq(sum_and_carry(self.number, not_largest)[-1]),
             exceeds_before.eq(sum_and_carry(self.number, not_before)[-1]),
             arrived.eq(self.valid),
             took.eq(self.takes),
-            self.none.eq(self.clear | (self.none & ~arrived)),
+            self.none.eq(forgotten),
+            first.eq(forgotten & self.valid),
             empty.eq(self.none & ~arrived),
         ]
         m.d.comb += [
-            self.takes.eq(arrived & (self.none | Mux(took, exceeds_before, exceeds_largest))),
+            # The 0 that stands for none exceeds nothing.
+            self.takes.eq(first | Mux(took, exceeds_before, exceeds_largest)),
             self.largest.eq(~not_largest & ~empty.replicate(width)),
         ]
         with m.If(self.takes):

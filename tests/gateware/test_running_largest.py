@@ -25,7 +25,7 @@ def test_every_number_counts_and_every_clear_forgets_those_before(density, clear
     for highest in (3, 64):
         number = rng.integers(1, highest, 600)
         valid, clear = rng.random(600) < density, rng.random(600) < clears
-        rows = bench.run(602, number=number, valid=np.append(valid, 0), clear=np.append(clear, 0))
+        rows = bench.run(602, number=np.where(valid, number, 0), valid=np.append(valid, 0), clear=np.append(clear, 0))
         largest, takes = by_hand(number.tolist(), valid, clear)
         assert_rows("largest", rows["largest"][2:], largest)
         got = rows["takes"][1:-1].astype(bool)

@@ -47,7 +47,7 @@ def test_a_command_acts_only_after_chip_select_has_risen():
     rise = int(np.flatnonzero(np.diff(lines.rows()["cs_n"]) == 1)[0])
     acted = np.flatnonzero(clears)
     assert len(acted) == 1
-    assert rise < acted[0] < rise + 10
+    assert rise < acted[0] < rise + 12
 
 
 def test_a_single_wrong_bit_anywhere_makes_a_command_void():
