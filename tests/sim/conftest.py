@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from compiled_cores import BUILDS
 
 from arcref.correction_rom import CorrectionRom
 from arcref.error_curve import ErrorCurve
@@ -16,7 +17,6 @@ from arcref_sim.verilated_core import CompiledCore, VerilatedCore
 
 PROJECT = Path(__file__).parents[2]
 POLYGON = PROJECT / "examples" / "polygon_before_correction.csv"
-BUILDS = PROJECT / "build" / "verilated"
 
 
 @pytest.fixture(scope="session")

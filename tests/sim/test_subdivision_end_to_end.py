@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from conftest import BUILDS
+from compiled_cores import BUILDS
 
 from arcref.angle import ARCSEC_PER_COUNT
 from arcref.command import main

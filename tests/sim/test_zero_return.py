@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import BUILDS
+from compiled_cores import BUILDS
 
 from arcref.correction_rom import CorrectionRom
 from arcref.flags import Flag

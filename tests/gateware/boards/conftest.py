@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from packed_tables import BUILT_BOARDS, pack
+from random_roms import random_rom
 
 from arcref.command import main
 from arcref.correction_rom import CorrectionRom
@@ -18,12 +19,6 @@ from arcref_gateware.boards.table_layout import place_tables
 from arcref_gateware.table_contents import placeholder_contents, rom_contents
 
 CONSTRAINTS = Path(__file__).parents[3] / "constraints"
-
-
-def random_rom(rng, serial: str = "AR-1") -> CorrectionRom:
-    """A ROM with entries all over their range."""
-    entries = rng.integers(-32768, 32768, 4096 + 512).astype(np.int16)
-    return CorrectionRom(entries[:4096], entries[4096:], {"encoder_serial": serial, "date": "2026-11-23"})
 
 
 @pytest.fixture(scope="session")

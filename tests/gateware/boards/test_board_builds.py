@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import random_rom
+from random_roms import random_rom
 
 from arcref.rom_image import load_rom, save_rom
 from arcref_gateware.boards.bitstream_tables import compare_tables, unpack

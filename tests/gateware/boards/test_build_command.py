@@ -10,8 +10,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from conftest import random_rom
 from packed_tables import pack
+from random_roms import random_rom
 
 from arcref.rom_image import save_rom
 from arcref_gateware.boards.build_record import read_built
