@@ -25,7 +25,7 @@ from arcref_sim.spi_plan import SNAPSHOT_CLOCKS, SpiPlan, decode_frames
 from arcref_sim.truth_check import TruthCheck
 from arcref_sim.verilated_core import CompiledCore, VerilatedCore
 from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER
-from arcref_sim.zero_return_result import ZeroReturnResult
+from arcref_sim.zero_return_result import CORRECTION_LIMIT_COUNTS, TWO_TABLES_LIMIT_COUNTS, ZeroReturnResult
 
 WORD_CLOCK_HZ = 200e6
 """Word clock of the fastest board; with four samples a word that is 800 M samples/s."""
@@ -69,17 +69,18 @@ def run_zero_return(
     samples_per_word: int = 4,
     word_clock_hz: float = WORD_CLOCK_HZ,
     folder: Path = DEFAULT_BUILD_FOLDER,
+    knots: int = 1 << 15,
     progress: Callable[[float], None] = lambda part: None,
 ) -> ZeroReturnResult:
     """Run the test and return all it found; whether that passes, `result.passed` says.
 
     `curve` is the encoder's true error in arc seconds as a function of the angle in degrees (array in, array out),
-    that is the fitted curve from which `rom` was made. `folder` keeps the compiled core. `progress` is told the part
-    done, 0 to 1.
+    that is the fitted curve from which `rom` was made. `folder` keeps the compiled core; `knots`: as in
+    `GraduationError.from_curve`. `progress` is told the part done, 0 to 1.
     """
     started = time.perf_counter()
     core = VerilatedCore(CompiledCore.of(ReferenceEncoder(rom, samples_per_word), folder))
-    graduation = GraduationError.from_curve(curve)
+    graduation = GraduationError.from_curve(curve, knots)
     motion = zero_return_motion(graduation, speed_rps, revolutions, word_clock_hz)
     encoder = SyntheticEncoder(motion, word_clock_hz * samples_per_word, graduation)
     words = encoder.number_of_samples // samples_per_word
@@ -130,6 +131,7 @@ def run_zero_return(
         total_s=time.perf_counter() - started,
         error_over_turn=truth.error_over_turn(),
         waveforms=tuple(truth.waveforms),
+        correction_limit_counts=TWO_TABLES_LIMIT_COUNTS if rom.subdivision_table.any() else CORRECTION_LIMIT_COUNTS,
         provenance={
             "arcref_version": __version__,
             "rom_crc32": f"0x{rom.crc32:08X}",
