@@ -40,6 +40,13 @@ def rom_report(
         console.print(table)
         for note in _notes(fit.curve, figures):
             console.print(Text(note))
+        if taken_off and taken_off.at_curve_angles:
+            console.print(
+                Text(
+                    "Caution: the error within a line was taken off at the angles of the curve. That is right only if "
+                    "they count from the encoder's zero mark and the readings were taken within a few arcsec of them."
+                )
+            )
     return "".join(f"{line.rstrip()}\n" for line in capture.get().splitlines())
 
 

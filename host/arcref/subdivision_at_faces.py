@@ -22,12 +22,14 @@ CORRECTED_KEY = "subdivision_corrected"
 class TakenOff:
     """`curve`: the calibration without the error within the line; `part_arcsec`: float64[n], what was taken off.
 
-    `basis`: at which phases, in words. The first angle's error is kept, as it is the datum of the others.
+    `basis`: at which phases, in words; `at_curve_angles`: the single readings are not known. The first angle's error
+    is kept, as it is the datum of the others.
     """
 
     curve: ErrorCurve
     part_arcsec: np.ndarray
     basis: str
+    at_curve_angles: bool = False
 
     @property
     def largest_arcsec(self) -> float:
@@ -64,7 +66,9 @@ def without_subdivision(curve: ErrorCurve, within_line: SubdivisionCurve) -> Tak
     if u is not None and within_line.u_arcsec is not None:
         own = np.interp(phase_deg, within_line.line_deg, within_line.u_arcsec, period=360.0)
         u = np.hypot(u, (share * own).sum(axis=1))
-    return TakenOff(replace(curve, error_arcsec=curve.error_arcsec - part, u_arcsec=u), part, basis)
+    return TakenOff(
+        replace(curve, error_arcsec=curve.error_arcsec - part, u_arcsec=u), part, basis, curve.readings_deg is None
+    )
 
 
 def _already_corrected(curve: ErrorCurve) -> bool:

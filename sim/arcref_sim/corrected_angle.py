@@ -9,7 +9,8 @@ import numpy as np
 from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_LINE, COUNTS_PER_TURN
 from arcref.correction_rom import CorrectionRom
 from arcref.flags import Flag
-from arcref_gateware.reference_encoder import FIRST_CORRECTED_WORD, ReferenceEncoder
+from arcref_gateware.latency import FIRST_CORRECTED_WORD
+from arcref_gateware.reference_encoder import ReferenceEncoder
 from arcref_sim.encoder import SyntheticEncoder
 from arcref_sim.motion import Motion
 from arcref_sim.optics.optical_encoder import OpticalEncoder

@@ -44,6 +44,10 @@ def corrected(roms, seed, speed, plot, json_path, build_folder, **options):
     check_outputs([plot, json_path], list(roms))
     images = {path.name.removesuffix(".rom.json"): load_rom(path) for path in roms}
     encoder = optical_encoder(seed, **{name: options[name] for name in OPTION_NAMES})
+    try:
+        encoder.error_arcsec(np.arange(3600) / 10)
+    except ValueError as error:
+        raise InputError(f"--eccentricity is {options['eccentricity']:g} um: {error}") from None
     results = {}
     with Progress(console=Console(stderr=True), transient=True) as bar:
         for name, image in images.items():

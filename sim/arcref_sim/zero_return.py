@@ -15,7 +15,7 @@ import numpy as np
 from arcref import __version__
 from arcref.angle import COUNTS_PER_TURN
 from arcref.correction_rom import CorrectionRom
-from arcref.zero_return.result import ZeroReturnResult
+from arcref.zero_return.result import CORRECTION_LIMIT_COUNTS, TWO_TABLES_LIMIT_COUNTS, ZeroReturnResult
 from arcref_gateware.golden.core import CoreModel
 from arcref_gateware.latency import FIRST_CORRECTED_WORD
 from arcref_gateware.reference_encoder import ReferenceEncoder
@@ -70,17 +70,18 @@ def run_zero_return(
     samples_per_word: int = 4,
     word_clock_hz: float = WORD_CLOCK_HZ,
     folder: Path = DEFAULT_BUILD_FOLDER,
+    knots: int = 1 << 15,
     progress: Callable[[float], None] = lambda part: None,
 ) -> ZeroReturnResult:
     """Run the test and return all it found; whether that passes, `result.passed` says.
 
     `curve` is the encoder's true error in arc seconds as a function of the angle in degrees (array in, array out),
-    that is the fitted curve from which `rom` was made. `folder` keeps the compiled core. `progress` is told the part
-    done, 0 to 1.
+    that is the fitted curve from which `rom` was made. `folder` keeps the compiled core; `knots`: as in
+    `GraduationError.from_curve`. `progress` is told the part done, 0 to 1.
     """
     started = time.perf_counter()
     core = VerilatedCore(CompiledCore.of(ReferenceEncoder(rom, samples_per_word), folder))
-    graduation = GraduationError.from_curve(curve)
+    graduation = GraduationError.from_curve(curve, knots)
     motion = zero_return_motion(graduation, speed_rps, revolutions, word_clock_hz)
     encoder = SyntheticEncoder(motion, word_clock_hz * samples_per_word, graduation)
     words = encoder.number_of_samples // samples_per_word
@@ -131,6 +132,7 @@ def run_zero_return(
         total_s=time.perf_counter() - started,
         error_over_turn=truth.error_over_turn(),
         waveforms=tuple(truth.waveforms),
+        correction_limit_counts=TWO_TABLES_LIMIT_COUNTS if rom.subdivision_table.any() else CORRECTION_LIMIT_COUNTS,
         provenance={
             "arcref_version": __version__,
             "rom_crc32": f"0x{rom.crc32:08X}",

@@ -127,6 +127,7 @@ def test_calibration_with_uncertainty_and_subdivision(tmp_path, arcref):
     result = arcref("rom", calibration, "--subdivision", within_line, "-o", tmp_path / "x.rom.json")
     assert result.exit_code == 0, result.stderr
     assert "taken off" in result.stdout
+    assert "Caution: the error within a line was taken off at the angles of the curve." in result.stdout
     assert "second table states none of its own" in " ".join(result.stdout.split())
     assert "0.528 arcsec (k=2)" in result.stdout  # 0.52 at the worst face, and rounding to a count
     rom = load_rom(tmp_path / "x.rom.json")

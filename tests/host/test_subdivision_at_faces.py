@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
+from closure_files import closure_rows, closure_text
 
 from arcref.calibration.polygon_reduction import reduce_polygon
 from arcref.calibration.polygon_result import polygon_result
 from arcref.calibration.polygon_run import read_polygon_run
 from arcref.calibration_file import readings_json
+from arcref.command import main
 from arcref.error_curve import ErrorCurve
 from arcref.input_error import InputError
 from arcref.radial_basis_network import RadialBasisNetwork
@@ -107,3 +110,22 @@ def test_a_polygon_calibration_keeps_the_angles_of_its_readings(tmp_path):
     assert readings["weight"] == [0.5, 0.5]
     assert readings["position_deg"][3] == [45.0, 45.001]
     assert readings == readings_json(np.array(readings["position_deg"]), readings["weight"])
+
+
+def test_a_closure_calibration_is_freed_at_the_phases_of_all_its_settings(tmp_path):
+    """Eight faces, eight settings, each stop 5 arcsec off: what is left is the calibration of an encoder without it."""
+    curves = []
+    for faulty in (False, True):
+        rows = [
+            (setting, face, position, x + (within(np.mod((position + HALF_COUNT_DEG) * 4096, 360)) if faulty else 0.0))
+            for setting, face, position, x in closure_rows(noise_arcsec=0.0)
+        ]
+        run, cal = tmp_path / "run.csv", tmp_path / "cal.json"
+        run.write_text(closure_text(rows))
+        result = CliRunner().invoke(main, ["calibrate", "closure", str(run), "-o", str(cal)])
+        assert cal.exists(), result.output
+        curves.append(ErrorCurve.from_calibration_json(cal))
+    clean, seen = (curve.error_arcsec for curve in curves)
+    assert np.ptp(seen - clean) > 0.1
+    freed = without_subdivision(curves[1], TABLE).curve.error_arcsec
+    assert np.ptp(freed - clean) < 2e-3

@@ -118,3 +118,12 @@ def test_the_command_shows_it(folder):
     assert f"{left['rms_arcsec']:.3f}" in shown
     assert left["within_line_arcsec"] < 0.1
     assert "phase of the reading within a grating line" in (folder / "plot.svg").read_text()
+
+
+def test_the_zero_return_test_takes_a_rom_of_two_tables_with_both_calibrations(folder):
+    rom, curve = folder / "both.rom.json", folder / "polygon.cal.json"
+    words = ("--rom", rom, "--curve", curve, "--revolutions", 0, "--build-folder", BUILDS)
+    assert "PASS" in arcref("simulate", "zero-return", *words, "--subdivision", folder / "edges.cal.json")
+    refused = CliRunner().invoke(main, [str(word) for word in ("simulate", "zero-return", *words)])
+    assert refused.exit_code == 2
+    assert "has a second table: --subdivision CAL.json was expected" in refused.output

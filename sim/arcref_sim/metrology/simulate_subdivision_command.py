@@ -4,6 +4,7 @@ import click
 import numpy as np
 
 from arcref.angle import COUNTS_PER_TURN
+from arcref.input_error import InputError
 from arcref_sim.metrology.encoder_options import ANGLE_DEG, ARCSEC, FILE, SIGNED_ARCSEC, random_stream
 from arcref_sim.metrology.polygon_artefact import PolygonArtefact
 from arcref_sim.metrology.quantity_option import NumberParts, Quantity
@@ -78,7 +79,7 @@ def subdivision(output, truth, kind, seed, noise_seed, **options):
     """
     check_run_outputs(output, truth, [])
     if kind in ("edges", "samples") and abs(options["speed"]) < 1e-3:
-        raise click.UsageError("--speed: at least 0.001 r/s either way was expected")
+        raise InputError(f"--speed is {options['speed']:g} r/s, at least 0.001 r/s either way was expected")
     encoder = optical_encoder(seed, **{name: options[name] for name in OPTION_NAMES})
     rng = random_stream(seed if noise_seed is None else noise_seed, 21 + RUNS.index(kind))
     metadata = {
@@ -87,8 +88,11 @@ def subdivision(output, truth, kind, seed, noise_seed, **options):
         "run": f"simulated run: {kind}",
         "source": source("subdivision", seed),
     }
-    columns, more = _RUNS[kind](encoder, rng, options)
-    known = {"encoder": optics_truth(encoder), "run": kind}
+    try:
+        columns, more = _RUNS[kind](encoder, rng, options)
+        known = {"encoder": optics_truth(encoder), "run": kind}
+    except ValueError as error:
+        raise InputError(f"--eccentricity is {options['eccentricity']:g} um: {error}") from None
     write_run(output, truth, metadata | more, columns, known, "subdivision", seed)
 
 
