@@ -87,7 +87,7 @@ class NamedFault:
 NAMED_FAULTS = {
     "drop": NamedFault("A stays low for N periods, 4 counts each", 1, 1_000_000, _drop),
     "extra": NamedFault("A and B make N periods too many", 1, 100_000, _extra),
-    "slip": NamedFault("A and B run N counts ahead of the angle from now on", 4, 100_000, _slip, -100_000),
+    "slip": NamedFault("A and B run N counts ahead of Z from now on; 4 leave no trace", 1, 100_000, _slip, -100_000),
     "illegal": NamedFault("A and B change in one sample, N times", 1, 100, _illegal),
     "glitch": NamedFault("A is wrong for N samples", 1, 1_000_000, _glitch),
     "noise": NamedFault("A is wrong for one sample, N times within 1 ms", 100, 100_000, _noise),
