@@ -31,7 +31,7 @@ SLOT_GROUP = 4
 class PendingStrobes(wiring.Component):
     """Gives every strobe back a set number of words after it took it.
 
-    `leaving` marks the sample of a strobe `wait` clocks after its `accept`. `wait` must be `LEAST_WAIT_WORDS` or
+    `leaving` marks the sample of a strobe `wait` clocks after it came. `wait` must be `LEAST_WAIT_WORDS` or
     more, and change only while none waits.
     """
 
@@ -39,7 +39,7 @@ class PendingStrobes(wiring.Component):
         super().__init__(
             {
                 "wait": In(wait_bits),
-                "accept": In(1),
+                "arrives": In(1),
                 "sample": In(samples_per_word),
                 "full": Out(1),
                 "leaving": Out(samples_per_word),
@@ -48,8 +48,8 @@ class PendingStrobes(wiring.Component):
 
     wait: In
     """Words that a strobe waits."""
-    accept: In
-    """1 to take a strobe; not while `full`."""
+    arrives: In
+    """1 when a strobe comes; it is taken unless `full`."""
     sample: In
     """The strobe's sample in its word, one-hot."""
     full: Out
@@ -60,14 +60,18 @@ class PendingStrobes(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         words = len(self.wait)
-        # How many wait: as many ones, from the lowest bit on.
+        # How many wait: as many ones, from the lowest bit on. One that comes while it is full changes nothing by
+        # itself, so that `full` need not be asked on the way to every bit.
         pending = Signal(PENDING_STROBES)
         leaves = Signal()
+        accept = self.arrives & ~self.full
         m.d.comb += self.full.eq(pending[-1])
-        with m.If(self.accept & ~leaves):
+        with m.If(self.arrives & ~leaves):
             m.d.sync += pending.eq(Cat(1, pending))
-        with m.Elif(leaves & ~self.accept):
+        with m.Elif(leaves & ~self.arrives):
             m.d.sync += pending.eq(pending[1:])
+        with m.Elif(leaves):
+            m.d.sync += pending[-1].eq(0)
 
         # The number of the present word.
         low, high = Signal(LOW_BITS), Signal(words - LOW_BITS)
@@ -100,10 +104,10 @@ class PendingStrobes(wiring.Component):
         arrivals = [Signal(words, name=f"arrival{i}", reset_less=True) for i in range(PENDING_STROBES)]
         samples = [Signal(len(self.sample), name=f"sample{i}", reset_less=True) for i in range(PENDING_STROBES)]
         m.d.sync += [
-            writes.eq(slot & self.accept.replicate(PENDING_STROBES)),
+            writes.eq(slot & accept.replicate(PENDING_STROBES)),
             written.eq(delayed(m, writes, 1, name="writes")),
         ]
-        with m.If(self.accept):
+        with m.If(accept):
             m.d.sync += slot.eq(slot.rotate_left(1))
         for i in range(PENDING_STROBES):
             with m.If(writes[i]):

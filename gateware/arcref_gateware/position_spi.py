@@ -141,8 +141,9 @@ class PositionSpi(wiring.Component):
         moves = Signal(init=1)
         m.d.sync += moves.eq(cs_n | rises)
         shifted = Cat(Const(0, 1), following[:-1]) | Cat(Const(0, SENT_BITS - crc_bits), tail)
+        tracks = last_cs_n.replicate(SENT_BITS)
         with m.If(moves):
-            m.d.sync += following.eq(Mux(last_cs_n, snapshot, shifted))
+            m.d.sync += following.eq((snapshot & tracks) | (shifted & ~tracks))
 
         # The command: its first five bytes are kept, the two after them must be zero.
         m.submodules.received_crc = received_crc = CRC8_AUTOSAR(data_width=1).create()

@@ -98,7 +98,7 @@ class StrobeDelay(wiring.Component):
         m.submodules.pending = pending = PendingStrobes(samples, STROBE_DELAY_BITS - fine_bits)
         m.d.comb += [
             pending.wait.eq(coarse),
-            pending.accept.eq(waits & ~pending.full),
+            pending.arrives.eq(waits),
             pending.sample.eq(arrived_sample),
             self.refused.eq(crowded | (waits & pending.full)),
         ]
