@@ -153,13 +153,11 @@ class RomCheck(wiring.Component):
                 m.next = "LINE"
             with m.State("LINE"):
                 m.d.comb += [takes.eq(1), source_line.eq(1)]
-                with m.If(last_line):
-                    m.d.sync += place.eq(0)
+                with m.If(last_line):  # and the place goes over to 0 by itself
                     m.next = "SUBDIVISION"
             with m.State("SUBDIVISION"):
                 m.d.comb += [takes.eq(1), source_subdivision.eq(1)]
                 with m.If(last_small):
-                    m.d.sync += place.eq(0)
                     m.next = "TABLE_CRC"
             with m.State("TABLE_CRC"):
                 m.d.comb += [takes.eq(1), source_crc.eq(1)]
