@@ -19,7 +19,7 @@ GATEWARE_SOURCES := $(wildcard gateware/arcref_gateware/*.py gateware/arcref_gat
 
 .DEFAULT_GOAL := zero-return
 .DELETE_ON_ERROR:
-.PHONY: help rom calibrate subdivision zero-return verilog bitstream patch flash test bench lint clean manual pins
+.PHONY: help rom calibrate subdivision zero-return verilog bitstream patch flash test test-boards bench lint clean manual pins
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 20
@@ -60,8 +60,11 @@ patch: $(ROM) | $(READY) ## put another ROM into it, in seconds (BOARD=ulx3s ROM
 flash: $(ROM) | $(READY) ## write it into the board and verify it (BOARD=ulx3s ROM=your.rom.json)
 	@$(BIN)/arcref flash --board $(BOARD) --rom $(ROM)
 
-test: $(READY) ## run every test
-	@$(BIN)/python -m pytest
+test: $(READY) ## run the tests; one board is placed and routed among them
+	@$(BIN)/python -m pytest -m "not long"
+
+test-boards: $(READY) ## place and route every board, and hold its timing and its tables to what they must be
+	@$(BIN)/python -m pytest -m long
 
 bench: $(ROM) ## build the three boards and print what they reach; turn ten times at every word size; compare speeds
 	@for board in $(BOARDS); do $(MAKE) --no-print-directory $(BUILD)/$$board/build.json || true; done
