@@ -36,10 +36,11 @@ def bench_rom() -> CorrectionRom:
 
 def build_core(samples_per_word: int) -> Path:
     """Folder of the simulator of the core with words of `samples_per_word`; compiles it when there is none yet."""
-    text = export_verilog(ReferenceEncoder(bench_rom(), samples_per_word), observed=True)
+    core = ReferenceEncoder(bench_rom(), samples_per_word)
+    text = export_verilog(core, observed=True)
     # Only the ports are visible to the bench. With every signal visible, as cocotb's own runner makes it, the model
     # runs at a third of the speed.
-    names = ["clk", "rst", *port_names(observed=True)]
+    names = ["clk", "rst", *port_names(core, observed=True)]
     visible = [f'public_flat_rw -module "{MODULE_NAME}" -var "{name}"' for name in names]
     control = "\n".join(["`verilator_config", *visible, ""])
     libraries, interface = cocotb_tools.config.libs_dir, cocotb_tools.config.share_dir / "lib/verilator/verilator.cpp"
