@@ -35,6 +35,9 @@ STAGES = (
 )
 """What a line of the log says about how far nextpnr is."""
 
+ROUTER = {"ice40": ("--router", "router2")}
+"""Router by family where it is not nextpnr's own choice: on an HX8K its first one has been seen to go on without end."""
+
 Progress = Callable[[str, float], None]
 """Called with what is being done and the part of all seeds' work that is behind, 0 to 1."""
 
@@ -73,7 +76,10 @@ def place_and_route(board: Board, top, progress: Progress = lambda text, part: N
             DESIGN,
             emit_src=False,
             synth_opts=list(board.synthesis_options),
-            nextpnr_opts=["--report", "report.json", "--freq", str(UNCONSTRAINED_MHZ), "--timing-allow-fail"],
+            nextpnr_opts=[
+                *("--report", "report.json", "--freq", str(UNCONSTRAINED_MHZ), "--timing-allow-fail"),
+                *ROUTER.get(board.family, ()),
+            ],
         )
         for name, content in plan.files.items():
             (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
