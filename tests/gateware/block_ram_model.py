@@ -68,5 +68,6 @@ class BlockRamModel(Elaboratable):
                 m.d.sync += data.eq(word)
         for bit in range(18):
             m.d.comb += ports[f"DOA{bit}"].eq(data[bit])
-        assert all(getattr(ports[name], "value", None) == 0 for name in ("WEA", "RSTA")), "a ROM is only read"
+        # Writing is not modelled: who loads tables reads them back through their CRC.
+        assert getattr(ports["RSTA"], "value", None) == 0, "the output register is never reset"
         return m
