@@ -36,7 +36,7 @@ class PseudoInstrument:
         tty.setraw(self._near)
         tty.setraw(far)
         self.port = os.ttyname(far)
-        self._far = far
+        self._ends = [self._near, far]
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._thread.start()
         return self
@@ -46,10 +46,10 @@ class PseudoInstrument:
 
     def pull_cable(self) -> None:
         """The port goes away under whoever has it open."""
-        for name in ("_near", "_far"):
-            if getattr(self, name) is not None:
-                os.close(getattr(self, name))
-                setattr(self, name, None)
+        # A test's thread may pull while the test ends: whoever takes the ends closes them.
+        ends, self._ends = self._ends, []
+        for end in ends:
+            os.close(end)
 
     def send_capture(self, record: CaptureRecord) -> None:
         """Stream one record."""
