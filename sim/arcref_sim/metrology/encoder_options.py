@@ -86,15 +86,14 @@ def random_stream(seed: int, stream: int) -> np.random.Generator:
     return np.random.default_rng([seed, stream])
 
 
-def known_encoder(
-    seed: int, harmonics, line_harmonics, curve: Path | None, hysteresis: float, hysteresis_variation: float
-) -> KnownEncoder:
-    """The encoder that the options describe. Raises `InputError` when the curve's file cannot be used."""
-    terms = [Harmonic(*parts) for parts in harmonics]
+def known_encoder(seed: int, options: dict) -> KnownEncoder:
+    """The encoder that a command's options describe. Raises `InputError` when the curve's file cannot be used."""
+    curve = options["curve"]
+    terms = [Harmonic(*parts) for parts in options["harmonics"]]
     if not terms and curve is None:
         phases = random_stream(seed, 0).uniform(0.0, 360.0, len(DEFAULT_AMPLITUDES_ARCSEC))
         pairs = zip(DEFAULT_AMPLITUDES_ARCSEC.items(), np.round(phases, 3), strict=True)
         terms = [Harmonic(order, amplitude, float(phase)) for (order, amplitude), phase in pairs]
-    terms += [Harmonic.within_line(*parts) for parts in line_harmonics]
+    terms += [Harmonic.within_line(*parts) for parts in options["line_harmonics"]]
     fit = RadialBasisNetwork.fit(read_curve(curve)).evaluate if curve else None
-    return KnownEncoder(tuple(terms), fit, hysteresis, hysteresis_variation)
+    return KnownEncoder(tuple(terms), fit, options["hysteresis"], options["hysteresis_variation"])

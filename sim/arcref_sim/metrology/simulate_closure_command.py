@@ -4,16 +4,20 @@ import click
 import numpy as np
 
 from arcref.input_error import InputError
-from arcref_sim.metrology.encoder_options import (
-    ANGLE_DEG,
-    ARCSEC,
-    SIGNED_ARCSEC,
-    encoder_options,
-    known_encoder,
-    random_stream,
-)
+from arcref_sim.metrology.encoder_options import ARCSEC, encoder_options, known_encoder, random_stream
 from arcref_sim.metrology.polygon_artefact import PolygonArtefact
 from arcref_sim.metrology.quantity_option import Quantity, WholeNumbers
+from arcref_sim.metrology.run_options import (
+    drift_option,
+    face_deviation_option,
+    faces_option,
+    missing_option,
+    noise_option,
+    rounds_option,
+    setting_scatter_option,
+    sign_option,
+    start_option,
+)
 from arcref_sim.metrology.run_output import check_run_outputs, source, write_run
 from arcref_sim.metrology.simulated_closure import ClosureConditions, simulate_closure
 from arcref_sim.metrology.simulated_polygon import Autocollimator
@@ -21,14 +25,7 @@ from arcref_sim.metrology.simulated_polygon import Autocollimator
 
 @click.command()
 @encoder_options
-@click.option(
-    "--faces",
-    type=Quantity("", 3, 360, whole=True),
-    default=24,
-    show_default=True,
-    metavar="N",
-    help="Faces of the polygon.",
-)
+@faces_option
 @click.option(
     "--settings",
     type=WholeNumbers(1, 360),
@@ -41,26 +38,10 @@ from arcref_sim.metrology.simulated_polygon import Autocollimator
     metavar="DEG",
     help="Turn of the polygon from one setting to the next.  [default: the face spacing]",
 )
-@click.option(
-    "--rounds",
-    type=Quantity("", 1, 100, whole=True),
-    default=1,
-    show_default=True,
-    metavar="N",
-    help="How often all settings are made, the polygon mounted anew each time.",
-)
-@click.option("--start", type=ANGLE_DEG, default=0.0, metavar="DEG", help="Encoder reading at face 1 of setting 1.")
-@click.option(
-    "--noise", type=ARCSEC, default=0.1, show_default=True, metavar="ARCSEC", help="Of one x reading (standard)."
-)
-@click.option(
-    "--setting-scatter",
-    type=ARCSEC,
-    default=2.0,
-    show_default=True,
-    metavar="ARCSEC",
-    help="How closely the shaft is stopped.",
-)
+@rounds_option(100, 1, "How often all settings are made, the polygon mounted anew each time.")
+@start_option("Encoder reading at face 1 of setting 1.")
+@noise_option("--noise", 0.1, "Of one x reading (standard).")
+@setting_scatter_option
 @click.option(
     "--mounting-scatter",
     type=ARCSEC,
@@ -69,9 +50,7 @@ from arcref_sim.metrology.simulated_polygon import Autocollimator
     metavar="ARCSEC",
     help="How closely the polygon is set.",
 )
-@click.option(
-    "--face-deviation", type=ARCSEC, default=2.0, show_default=True, metavar="ARCSEC", help="Of the polygon's faces."
-)
+@face_deviation_option
 @click.option(
     "--tilt",
     type=Quantity("arcsec", 0, 7200),
@@ -79,9 +58,9 @@ from arcref_sim.metrology.simulated_polygon import Autocollimator
     metavar="ARCSEC",
     help="Tower tilt of each setting, its azimuth at random.",
 )
-@click.option("--drift", type=SIGNED_ARCSEC, default=0.0, metavar="ARCSEC", help="Of x, in one setting.")
-@click.option("--sign", type=click.Choice(["+1", "-1"]), default="+1", show_default=True, help="Autocollimator sign.")
-@click.option("--missing", type=Quantity("", 0, 1000000, whole=True), default=0, metavar="N", help="Readings left out.")
+@drift_option("Of x, in one setting.")
+@sign_option
+@missing_option
 def closure(output, truth, seed, **options):
     """Write a closure run of known truth.
 
@@ -94,8 +73,7 @@ def closure(output, truth, seed, **options):
     readings_whole = faces * len(settings) * options["rounds"]
     if missing > readings_whole // 2:
         raise InputError(f"--missing is {missing}, at most half of the {readings_whole} readings may be left out")
-    encoder_names = ("harmonics", "line_harmonics", "curve", "hysteresis", "hysteresis_variation")
-    encoder = known_encoder(seed, *(options[name] for name in encoder_names))
+    encoder = known_encoder(seed, options)
     polygon = PolygonArtefact.random(random_stream(seed, 1), faces, deviation_arcsec=options["face_deviation"])
     autocollimator = Autocollimator(options["noise"], None, sign=int(options["sign"]))
     conditions = ClosureConditions(

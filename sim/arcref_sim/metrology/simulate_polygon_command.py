@@ -4,17 +4,21 @@ import click
 import numpy as np
 
 from arcref.input_error import InputError
-from arcref_sim.metrology.encoder_options import (
-    ANGLE_DEG,
-    ARCSEC,
-    SIGNED_ARCSEC,
-    encoder_options,
-    known_encoder,
-    random_stream,
-)
+from arcref_sim.metrology.encoder_options import ANGLE_DEG, ARCSEC, encoder_options, known_encoder, random_stream
 from arcref_sim.metrology.operator_mistakes import MISTAKES
 from arcref_sim.metrology.polygon_artefact import PolygonArtefact
 from arcref_sim.metrology.quantity_option import Quantity
+from arcref_sim.metrology.run_options import (
+    drift_option,
+    face_deviation_option,
+    faces_option,
+    missing_option,
+    noise_option,
+    rounds_option,
+    setting_scatter_option,
+    sign_option,
+    start_option,
+)
 from arcref_sim.metrology.run_output import check_run_outputs, source, write_run
 from arcref_sim.metrology.simulated_polygon import (
     Autocollimator,
@@ -28,40 +32,15 @@ FEWEST_FACES_OF_A_MISTAKE = 6
 
 @click.command()
 @encoder_options
-@click.option(
-    "--faces",
-    type=Quantity("", 3, 360, whole=True),
-    default=24,
-    show_default=True,
-    metavar="N",
-    help="Faces of the polygon.",
-)
-@click.option(
-    "--rounds",
-    type=Quantity("", 1, 1000, whole=True),
-    default=4,
-    show_default=True,
-    metavar="N",
-    help="Rounds, each closed.",
-)
+@faces_option
+@rounds_option(1000, 4, "Rounds, each closed.")
 @click.option("--backward", is_flag=True, help="Follow each round by one in reverse.")
-@click.option("--start", type=ANGLE_DEG, default=0.0, metavar="DEG", help="Encoder reading at face 1.")
-@click.option(
-    "--noise", type=ARCSEC, default=0.2, show_default=True, metavar="ARCSEC", help="Of one x reading (standard)."
-)
+@start_option("Encoder reading at face 1.")
+@noise_option("--noise", 0.2, "Of one x reading (standard).")
 @click.option("--noise-y", type=ARCSEC, metavar="ARCSEC", help="Of one y reading.  [default: as --noise]")
 @click.option("--no-y", is_flag=True, help="The autocollimator has no y.")
-@click.option(
-    "--setting-scatter",
-    type=ARCSEC,
-    default=2.0,
-    show_default=True,
-    metavar="ARCSEC",
-    help="How closely the shaft is stopped.",
-)
-@click.option(
-    "--face-deviation", type=ARCSEC, default=2.0, show_default=True, metavar="ARCSEC", help="Of the polygon's faces."
-)
+@setting_scatter_option
+@face_deviation_option
 @click.option(
     "--certificate-error",
     type=ARCSEC,
@@ -82,7 +61,7 @@ FEWEST_FACES_OF_A_MISTAKE = 6
     help="What the operator takes for the roll.  [default: the true one]",
 )
 @click.option("--scale-error", type=Quantity("%", -10, 10), default=0.0, metavar="PERCENT", help="Of the x and y read.")
-@click.option("--drift", type=SIGNED_ARCSEC, default=0.0, metavar="ARCSEC", help="Of x, in one round.")
+@drift_option("Of x, in one round.")
 @click.option(
     "--eccentricity", type=Quantity("mm", 0, 50), default=0.0, metavar="MM", help="Of the polygon on the shaft."
 )
@@ -93,8 +72,8 @@ FEWEST_FACES_OF_A_MISTAKE = 6
     metavar="ARCSEC",
     help="Change of a face's direction over 1 mm (standard).",
 )
-@click.option("--sign", type=click.Choice(["+1", "-1"]), default="+1", show_default=True, help="Autocollimator sign.")
-@click.option("--missing", type=Quantity("", 0, 1000000, whole=True), default=0, metavar="N", help="Readings left out.")
+@sign_option
+@missing_option
 @click.option("--mistake", type=click.Choice(list(MISTAKES)), help="A mistake of the operator.")
 @click.option("--counts", is_flag=True, help="Write encoder counts in place of degrees.")
 @click.option("--nothing-stated", is_flag=True, help="Leave out every stated uncertainty.")
@@ -113,8 +92,7 @@ def polygon(output, truth, seed, **options):
         raise InputError(f"--faces is {faces}, at least {FEWEST_FACES_OF_A_MISTAKE} were expected for a mistake")
     if options["no_certificate"] and (options["mistake"] or "").startswith("certificate"):
         raise InputError(f"--mistake {options['mistake']} needs the certificate that --no-certificate leaves out")
-    encoder_names = ("harmonics", "line_harmonics", "curve", "hysteresis", "hysteresis_variation")
-    encoder = known_encoder(seed, *(options[name] for name in encoder_names))
+    encoder = known_encoder(seed, options)
     artefact, autocollimator, conditions = _set_up(seed, options)
     readings = simulate_polygon(encoder, artefact, autocollimator, conditions, random_stream(seed, 2))
     sentence = None

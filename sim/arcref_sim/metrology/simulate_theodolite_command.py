@@ -4,15 +4,16 @@ import click
 import numpy as np
 
 from arcref.input_error import InputError
-from arcref_sim.metrology.encoder_options import (
-    ANGLE_DEG,
-    ARCSEC,
-    SIGNED_ARCSEC,
-    encoder_options,
-    known_encoder,
-    random_stream,
-)
+from arcref_sim.metrology.encoder_options import ANGLE_DEG, SIGNED_ARCSEC, encoder_options, known_encoder, random_stream
 from arcref_sim.metrology.quantity_option import Quantity
+from arcref_sim.metrology.run_options import (
+    drift_option,
+    missing_option,
+    noise_option,
+    rounds_option,
+    setting_scatter_option,
+    start_option,
+)
 from arcref_sim.metrology.run_output import check_run_outputs, source, write_run
 from arcref_sim.metrology.simulated_theodolite import TheodoliteConditions, simulate_theodolite
 
@@ -56,33 +57,15 @@ LARGEST_RUN = 100_000
     metavar="DEG",
     help="From one reading to the next.",
 )
-@click.option("--start", type=ANGLE_DEG, default=0.0, metavar="DEG", help="Encoder reading where the mirror faces.")
-@click.option(
-    "--noise-azimuth", type=ARCSEC, default=0.76, show_default=True, metavar="ARCSEC", help="Of one reading (standard)."
-)
-@click.option(
-    "--noise-zenith", type=ARCSEC, default=0.76, show_default=True, metavar="ARCSEC", help="Of one reading (standard)."
-)
+@start_option("Encoder reading where the mirror faces.")
+@noise_option("--noise-azimuth", 0.76, "Of one reading (standard).")
+@noise_option("--noise-zenith", 0.76, "Of one reading (standard).")
 @click.option("--azimuth-zero", type=ANGLE_DEG, default=0.0, metavar="DEG", help="What the circle reads at the start.")
 @click.option("--zenith-index", type=SIGNED_ARCSEC, default=0.0, metavar="ARCSEC", help="Index error of the zenith.")
-@click.option(
-    "--setting-scatter",
-    type=ARCSEC,
-    default=2.0,
-    show_default=True,
-    metavar="ARCSEC",
-    help="How closely the shaft is stopped.",
-)
-@click.option("--drift", type=SIGNED_ARCSEC, default=0.0, metavar="ARCSEC", help="Of the azimuth, over the run.")
-@click.option(
-    "--rounds",
-    type=Quantity("", 1, 1000, whole=True),
-    default=1,
-    show_default=True,
-    metavar="N",
-    help="How often the arc is gone through.",
-)
-@click.option("--missing", type=Quantity("", 0, 1000000, whole=True), default=0, metavar="N", help="Readings left out.")
+@setting_scatter_option
+@drift_option("Of the azimuth, over the run.")
+@rounds_option(1000, 1, "How often the arc is gone through.")
+@missing_option
 def theodolite(output, truth, seed, **options):
     """Write a theodolite run of known truth over an arc.
 
@@ -108,8 +91,7 @@ def theodolite(output, truth, seed, **options):
         rounds=options["rounds"],
     )
     _check_arc(conditions)
-    encoder_names = ("harmonics", "line_harmonics", "curve", "hysteresis", "hysteresis_variation")
-    encoder = known_encoder(seed, *(options[name] for name in encoder_names))
+    encoder = known_encoder(seed, options)
     readings = simulate_theodolite(encoder, conditions, random_stream(seed, 2))
     metadata = {
         "encoder_serial": f"SIM-{seed}",
