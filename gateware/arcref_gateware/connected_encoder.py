@@ -125,6 +125,7 @@ class ConnectedEncoder(wiring.Component):
         self._join_doors(m, file, uart, spi)
         connect(m, core.spi_registers, spi.registers)
         connect(m, trial.access, core.tables)
+        connect(m, uart.capture, fifo.oldest)
 
         time = Cat(Const(self.samples_per_word - 1, self.samples_per_word.bit_length() - 1), core.words)
         m.d.comb += [
@@ -137,14 +138,6 @@ class ConnectedEncoder(wiring.Component):
             fifo.flags.eq(core.flags),
             fifo.clear.eq(file.capture_clear),
             uart.enable.eq(file.capture_enable),
-            fifo.taken.eq(uart.capture.taken),
-            uart.capture.ready.eq(fifo.ready),
-            uart.capture.time.eq(fifo.out_time),
-            uart.capture.raw.eq(fifo.out_raw),
-            uart.capture.correction.eq(fifo.out_correction),
-            uart.capture.flags.eq(fifo.out_flags),
-            uart.capture.after_loss.eq(fifo.out_after_loss),
-            uart.capture.lost.eq(fifo.out_lost),
             compare.position.eq(core.position),
             compare.homed.eq(core.homed),
             compare.period.eq(file.compare_period),
