@@ -125,50 +125,32 @@ class RomCheck(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         m.submodules.identity = identity = TableMemory(self.identity_words)
-        place = Signal(range(LINES_PER_TURN))
-        takes = Signal()
-        source_line, source_subdivision, source_crc = Signal(), Signal(), Signal()
-        restarts, ends_identity, ends_tables = Signal(), Signal(), Signal()
-        # Known a clock ahead, so that the state machine waits for no long comparison.
-        last_small, last_line = Signal(), Signal()
+        place = Signal(range(LINES_PER_TURN), reset_less=True)
+        # One register a state, in the order they follow each other: nothing has to be decoded.
+        start, identity_part, identity_end = Signal(init=1), Signal(), Signal()
+        line_part, subdivision_part, crc_part, tables_end, wait = (
+            Signal(name=name) for name in ("line_part", "subdivision_part", "crc_part", "tables_end", "wait")
+        )
+        # Known a clock ahead, so that no state waits for a long comparison.
+        last_small, last_line, clears = Signal(), Signal(), Signal(init=1)
         m.d.sync += [
             last_small.eq(place[: self.SMALL_BITS] == SUBDIVISION_ENTRIES - 2),
             last_line.eq(place == LINES_PER_TURN - 2),
+            start.eq(wait & self.restart),
+            identity_part.eq(start | (identity_part & ~last_small)),
+            identity_end.eq(identity_part & last_small),
+            line_part.eq(identity_end | (line_part & ~last_line)),
+            subdivision_part.eq((line_part & last_line) | (subdivision_part & ~last_small)),
+            crc_part.eq((subdivision_part & last_small) | (crc_part & ~place[0])),
+            tables_end.eq(crc_part & place[0]),
+            wait.eq(tables_end | (wait & ~self.restart)),
+            # The place goes over to 0 by itself behind the line table.
+            clears.eq((wait & self.restart) | (identity_part & last_small)),
+            place.eq(place + 1),
         ]
+        with m.If(clears):
+            m.d.sync += place.eq(0)
         m.d.comb += self.address.eq(Cat(place[: self.SMALL_BITS], place))
-
-        m.d.sync += place.eq(place + 1)
-        with m.FSM():
-            with m.State("START"):
-                m.d.comb += restarts.eq(1)
-                m.d.sync += place.eq(0)
-                m.next = "IDENTITY"
-            with m.State("IDENTITY"):
-                m.d.comb += takes.eq(1)
-                with m.If(last_small):
-                    m.next = "IDENTITY_END"
-            with m.State("IDENTITY_END"):
-                m.d.comb += [ends_identity.eq(1), restarts.eq(1)]
-                m.d.sync += place.eq(0)
-                m.next = "LINE"
-            with m.State("LINE"):
-                m.d.comb += [takes.eq(1), source_line.eq(1)]
-                with m.If(last_line):  # and the place goes over to 0 by itself
-                    m.next = "SUBDIVISION"
-            with m.State("SUBDIVISION"):
-                m.d.comb += [takes.eq(1), source_subdivision.eq(1)]
-                with m.If(last_small):
-                    m.next = "TABLE_CRC"
-            with m.State("TABLE_CRC"):
-                m.d.comb += [takes.eq(1), source_crc.eq(1)]
-                with m.If(place[0]):
-                    m.next = "TABLE_END"
-            with m.State("TABLE_END"):
-                m.d.comb += ends_tables.eq(1)
-                m.next = "WAIT"
-            with m.State("WAIT"), m.If(self.restart):
-                m.d.sync += [self.busy.eq(1), self.good.eq(0)]
-                m.next = "START"
 
         # The identity is read a clock later than the others are, whose address goes through the correction first.
         identity_address = delayed(m, place[: self.SMALL_BITS], READ_CLOCKS - TABLE_CLOCKS - 1, name="identity_place")
@@ -178,10 +160,10 @@ class RomCheck(wiring.Component):
             identity.write_data.eq(self.write_word),
         ]
         m.d.comb += self.identity_word.eq(identity.data)
-        from_identity = takes & ~(source_line | source_subdivision | source_crc)
-        sources = [from_identity, source_line, source_subdivision, source_crc]
-        tags = delayed(m, Cat(takes, *sources, ends_identity, ends_tables, restarts), READ_CLOCKS, name="read")
-        take, in_identity, in_line, in_subdivision, in_crc, end_identity, end_tables, restart = tags
+        states = Cat(identity_part, line_part, subdivision_part, crc_part, identity_end, tables_end, start)
+        in_identity, in_line, in_subdivision, in_crc, end_identity, end_tables, starts = delayed(
+            m, states, READ_CLOCKS, name="read"
+        )
         read_place = delayed(m, place[: self.SMALL_BITS], READ_CLOCKS - 1, name="read_place")
 
         table_crc = Signal(32, reset_less=True)
@@ -215,8 +197,9 @@ class RomCheck(wiring.Component):
             | (identity.data & in_identity.replicate(16))
         )
         m.submodules.crc = crc = Crc32()
+        take = in_identity | in_line | in_subdivision | in_crc
         take, end_identity, end_tables, restart = (
-            delayed(m, tag, 1, name="word") for tag in (take, end_identity, end_tables, restart)
+            delayed(m, tag, 1, name="word") for tag in (take, end_identity, end_tables, starts | end_identity)
         )
         m.d.comb += [crc.word.eq(word), crc.take.eq(take), crc.restart.eq(restart)]
 
@@ -234,6 +217,8 @@ class RomCheck(wiring.Component):
         with m.If(identity_ended):
             m.d.sync += identity_good.eq(matches)
         m.d.sync += self.fault.eq(tables_ended & ~verdict)
-        with m.If(tables_ended):
-            m.d.sync += [self.busy.eq(0), self.good.eq(verdict)]
+        m.d.sync += [
+            self.busy.eq((self.busy & ~tables_ended) | (wait & self.restart)),
+            self.good.eq(Mux(tables_ended, verdict, self.good & ~self.restart)),
+        ]
         return m
