@@ -1,31 +1,43 @@
-"""Strobes that wait for their due sample: a ring of slots, each of which knows the word its strobe came in."""
+"""Strobes that wait for their due word: kept in a memory in groups of words, and read back when their time has come.
 
-from functools import reduce
-from operator import and_
+A delay is the same for all, so strobes leave in the order in which they came. Words are written in groups of eight, and
+a group keeps its place in the memory when a strobe came in it. A second count of words runs as far behind the first as
+the strobes must wait; when it comes to the number of the oldest group kept, that group is read out word by word. So
+every comparison has eight clocks, and one memory does for any delay.
+"""
 
-from amaranth.hdl import Cat, Const, Module, Signal
+from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from arcref_gateware.register_stages import delayed, sum_and_carry
+from arcref_gateware.link.buffer_memory import BufferMemory
+from arcref_gateware.register_stages import sum_and_carry
 
 PENDING_STROBES = 16
 """Strobes that may wait at once."""
 
-LEAST_WAIT_WORDS = 7
-"""Shortest wait in words: what a strobe needs to get into a slot and out again."""
+LEAST_WAIT_WORDS = 12
+"""Shortest wait in words: what a strobe needs to get into the memory and out again. Fewer than `PENDING_STROBES`, so
+that shorter waits, one strobe a word, never have to refuse one."""
 
-COMPARED_BITS = 2
-"""Bits that are compared in one clock: one level of logic, as the word to compare with goes to every slot."""
+GROUP_BITS = 3
+"""Bits of a word's place in its group."""
+
+SLOT_BITS = 5
+"""Bits of a group's place in the memory: groups of one strobe each, and the one that is being written."""
 
 LOW_BITS = 8
-"""Bits of the lower part of a word's number: the carry into the upper part is known a clock ahead."""
+"""Bits of the lower part of a word's number, which is a clock ahead of the upper one."""
 
-PARTS_JOINED = 4
-"""Comparisons that are joined in one clock."""
+COMPARED_BITS = 4
+"""Bits of a group's number that are compared together."""
 
-SLOT_GROUP = 4
-"""Slots whose samples are gathered in one clock."""
+FIRST_LINE_ARRIVES, HEAD_MOVES = 6, 1
+"""Places in its group, of the second count, at which the first line of a group comes out of the memory, and at which
+the memory has been asked for the last one."""
+
+GROUP_ENDS = 3
+"""Place in its group, of the first count, at which the last line of a group is written."""
 
 
 class PendingStrobes(wiring.Component):
@@ -51,7 +63,7 @@ class PendingStrobes(wiring.Component):
     arrives: In
     """1 when a strobe comes; it is taken unless `full`."""
     sample: In
-    """The strobe's sample in its word, one-hot."""
+    """The strobe's sample in its word, one-hot; not 0 without `arrives`."""
     full: Out
     """1 while `PENDING_STROBES` wait. A strobe makes room in the word after the one in which it is due."""
     leaving: Out
@@ -59,87 +71,67 @@ class PendingStrobes(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        words = len(self.wait)
-        # How many wait: as many ones, from the lowest bit on. One that comes while it is full changes nothing by
-        # itself, so that `full` need not be asked on the way to every bit.
-        pending = Signal(PENDING_STROBES)
-        leaves = Signal()
-        accept = self.arrives & ~self.full
-        m.d.comb += self.full.eq(pending[-1])
-        with m.If(self.arrives & ~leaves):
-            m.d.sync += pending.eq(Cat(1, pending))
-        with m.Elif(leaves & ~self.arrives):
-            m.d.sync += pending.eq(pending[1:])
-        with m.Elif(leaves):
-            m.d.sync += pending[-1].eq(0)
+        words, samples = len(self.wait), len(self.sample)
 
-        # The number of the present word.
+        # How many wait.
+        pending = Signal(range(PENDING_STROBES + 1))
+        leaves, accept = Signal(), Signal()
+        less = leaves & ~accept
+        m.d.comb += [self.full.eq(pending[-1]), accept.eq(self.arrives & ~self.full)]
+        m.d.sync += pending.eq(pending + Cat(accept ^ leaves, less.replicate(len(pending) - 1)))
+
+        # The number of a word counts down, so that adding the wait to it gives that of the word which came so long ago.
+        # Both upper parts are a clock late, which nobody sees who looks in the middle of a group.
         low, high = Signal(LOW_BITS), Signal(words - LOW_BITS)
-        low_full = Signal()
-        m.d.sync += [low.eq(low + 1), low_full.eq(low == (1 << LOW_BITS) - 2), high.eq(high + low_full)]
-        now = Cat(low, high)
-
-        # The word whose strobe must start on its way out now, five words before it is due: the present word's number,
-        # two clocks old, and 7 - wait. The lower part goes a clock ahead of the upper one.
-        not_wait = Signal(words, reset_less=True)
-        low_lead, high_lead = Signal(LOW_BITS + 1, reset_less=True), Signal(words - LOW_BITS, reset_less=True)
-        low_then, high_then = Signal(LOW_BITS + 1, reset_less=True), Signal(words - LOW_BITS, reset_less=True)
+        due_low, due_high = Signal(LOW_BITS), Signal(words - LOW_BITS)
+        borrow, carry = Signal(), Signal()
         m.d.sync += [
-            not_wait.eq(~self.wait),
-            low_lead.eq(sum_and_carry(not_wait[:LOW_BITS], Const(8, LOW_BITS))),
-            high_lead.eq(not_wait[LOW_BITS:] + low_lead[-1]),
-            low_then.eq(sum_and_carry(low, low_lead[:LOW_BITS])),
-            high_then.eq(delayed(m, high, 1, name="high") + high_lead + low_then[-1]),
+            low.eq(low - 1),
+            borrow.eq(low == 0),
+            high.eq(high - borrow),
+            Cat(due_low, carry).eq(sum_and_carry(low, self.wait[:LOW_BITS])),
+            due_high.eq(high + self.wait[LOW_BITS:] + carry),
         ]
-        then = Cat(delayed(m, low_then[:LOW_BITS], 1, name="low_then"), high_then)
+        place, due_place = low[:GROUP_BITS], due_low[:GROUP_BITS]
+        number, due_number = Cat(low[GROUP_BITS:], high), Cat(due_low[GROUP_BITS:], due_high)
 
-        # A strobe is written a clock after it was taken, which keeps the enables of the slots short. A slot counts as
-        # used some clocks after that, when it has been compared with its new strobe and not with the one before.
-        arrival = delayed(m, now, 1, name="now")
-        sample = delayed(m, self.sample, 1, name="sample")
-        slot = Signal(PENDING_STROBES, init=1)
-        writes, written = Signal(PENDING_STROBES), Signal(PENDING_STROBES)
-        used = Signal(PENDING_STROBES)
-        left = Signal(PENDING_STROBES)
-        arrivals = [Signal(words, name=f"arrival{i}", reset_less=True) for i in range(PENDING_STROBES)]
-        samples = [Signal(len(self.sample), name=f"sample{i}", reset_less=True) for i in range(PENDING_STROBES)]
+        # Two words to a line of the memory, four lines to a group, each with the group's number. The slot is written
+        # again with the next group if none of its words had a strobe.
+        m.submodules.memory = memory = BufferMemory(2 * samples + len(number), 1 << SLOT_BITS + GROUP_BITS - 1)
+        pair = Signal(2 * samples)
+        slot, head = Signal(SLOT_BITS), Signal(SLOT_BITS)
+        has_strobe, occupied = Signal(), Signal()
+        group_ends = place == GROUP_ENDS
         m.d.sync += [
-            writes.eq(slot & accept.replicate(PENDING_STROBES)),
-            written.eq(delayed(m, writes, 1, name="writes")),
+            pair.eq(Cat(pair[samples:], self.sample & accept.replicate(samples))),
+            has_strobe.eq(accept | (has_strobe & ~group_ends)),
+            slot.eq(slot + (group_ends & has_strobe)),
+            occupied.eq(slot != head),
         ]
-        with m.If(accept):
-            m.d.sync += slot.eq(slot.rotate_left(1))
-        for i in range(PENDING_STROBES):
-            with m.If(writes[i]):
-                m.d.sync += [arrivals[i].eq(arrival), samples[i].eq(sample)]
+        m.d.comb += [
+            memory.write.eq(place[0]),
+            memory.write_address.eq(Cat(place[1:], slot)),
+            memory.write_data.eq(Cat(pair, number)),
+            memory.read_address.eq(Cat(due_place[1:], head)),
+        ]
 
-        # Compared in three clocks, a few bits to a register each. Nothing moves here while no strobe waits.
-        waiting = Signal()
-        m.d.sync += waiting.eq(pending[0])
-        parts = []
-        for place in range(0, words, COMPARED_BITS):
-            part = slice(place, min(place + COMPARED_BITS, words))
-            equal = Signal(PENDING_STROBES, name=f"equal{place}", reset_less=True)
-            with m.If(waiting):
-                m.d.sync += equal.eq(Cat(arrival_word[part] == then[part] for arrival_word in arrivals))
-            parts.append(equal)
-        match = used
-        for first in range(0, len(parts), PARTS_JOINED):
-            joined = Signal(PENDING_STROBES, name=f"joined{first}")
-            m.d.sync += joined.eq(reduce(and_, parts[first : first + PARTS_JOINED]))
-            match = match & joined
-        m.d.sync += [left.eq(match), used.eq((used | written) & ~left)]
-        # The sample of the one that left, gathered in two clocks.
-        gathered, any_left = 0, []
-        for first in range(0, PENDING_STROBES, SLOT_GROUP):
-            group = range(first, first + SLOT_GROUP)
-            group_sample = Signal(len(self.sample), name=f"group{first}")
-            group_left = Signal(name=f"left{first}")
-            chosen = 0
-            for i in group:
-                chosen = chosen | (left[i].replicate(len(self.sample)) & samples[i])
-            m.d.sync += [group_sample.eq(chosen), group_left.eq(left[first : first + SLOT_GROUP].any())]
-            gathered = gathered | group_sample
-            any_left.append(group_left)
-        m.d.sync += [self.leaving.eq(gathered), leaves.eq(Cat(any_left).any())]
+        # The oldest group: is it due? Its words follow each other as long as the next eight clocks last.
+        kept_pair, kept_number = memory.read_data[: 2 * samples], memory.read_data[2 * samples :]
+        first_line, head_moves = due_place == FIRST_LINE_ARRIVES, due_place == HEAD_MOVES
+        matches = []
+        for low_bit in range(0, len(number), COMPARED_BITS):
+            part = slice(low_bit, min(low_bit + COMPARED_BITS, len(number)))
+            match = Signal(name=f"match{low_bit}")
+            m.d.sync += match.eq(Mux(first_line, kept_number[part] == due_number[part], match))
+            matches.append(match)
+        is_there = Signal()
+        due = is_there & Cat(matches).all()
+        following = Signal(2 * samples, reset_less=True)
+        m.d.sync += [
+            is_there.eq(Mux(first_line, occupied, is_there)),
+            head.eq(head + (head_moves & due)),
+            following.eq(Mux(due_place[0], following >> samples, kept_pair)),
+            self.leaving.eq(following[:samples] & due.replicate(samples)),
+            leaves.eq(following[:samples].any() & due),
+        ]
         return m

@@ -252,11 +252,10 @@ class ReferenceEncoder(wiring.Component):
         for i in range(samples):
             with m.If(strobe.due_sample[i]):
                 m.d.comb += due_place.eq(i)
-        time_start = LATENCY_CLOCKS - TimeCounter.CLOCKS
         m.d.comb += [
             self.raw_position.eq(raw_out),
             self.position.eq(corrected),
-            time.valid.eq(delayed(m, quadrature.valid, time_start - STEPS_READY, name="time_valid")),
+            time.valid.eq(delayed(m, quadrature.valid, LATENCY_CLOCKS - STEPS_READY, name="time_valid")),
             capture.event.eq(delayed(m, strobe.due, CORRECTION_READY - 1 - STROBE_CLOCKS, name="capture_event")),
             capture.sample.eq(delayed(m, due_place, CORRECTION_READY - 1 - STROBE_CLOCKS, name="due_place")),
             waiting.value.eq(position.position),

@@ -24,55 +24,56 @@ READ_CLOCKS = 2 + TABLE_CLOCKS
 """Clocks from an address to the words of all tables."""
 
 
-def crc32_fold(word):
-    """What 16 bits do to the CRC register: the register's own low half and each data word go through this alike."""
+def crc32_fold(octet):
+    """What an octet, added to the lowest eight bits of the CRC register, does to the register."""
     folded = Const(0, 32)
-    for bit in range(16):
+    for bit in range(8):
         register = 1 << bit
-        for _ in range(16):
+        for _ in range(8):
             register = register >> 1 ^ (CRC32_POLYNOMIAL if register & 1 else 0)
-        folded = folded ^ Mux(word[bit], register, 0)
+        folded = folded ^ Mux(octet[bit], register, 0)
     return folded
 
 
 class Crc32(wiring.Component):
-    """zlib's CRC-32 over 16-bit words, low byte first, one word a clock."""
+    """zlib's CRC-32, one octet a clock."""
 
     CLOCKS = 2
-    """Clocks from `word` to `register`."""
+    """Clocks from `octet` to `register`."""
 
-    word: In(16)
-    """The next word."""
+    octet: In(8)
+    """The next octet; 0 without `take`."""
     take: In(1)
-    """1 to take `word`."""
+    """1 to take `octet`."""
     restart: In(1)
     """1 to start, and to start again; not together with `take`."""
     register: Out(32)
-    """The register, not inverted: zlib's value is its complement."""
+    """The register, not inverted: zlib's value is its complement. An octet that follows at once is already added."""
 
     def elaborate(self, platform):
         m = Module()
-        # The word's part is folded a clock ahead, which leaves two levels of logic in the register's own loop.
-        word_part = Signal(32, reset_less=True)
-        register = Signal(32, reset_less=True)
+        # The lowest bits are kept with the next octet added, which leaves two levels of logic in the register's loop.
+        low, high = Signal(8, reset_less=True), Signal(24, reset_less=True)
         take, restart = delayed(m, self.take, 1, name="take"), delayed(m, self.restart, 1, name="restart")
-        m.d.sync += word_part.eq(crc32_fold(self.word))
+        following = Cat(high, Const(0, 8)) ^ crc32_fold(low)
+        m.d.sync += low.eq(Mux(restart, CRC32_START & 0xFF, Mux(take, following[:8], low)) ^ self.octet)
         with m.If(restart):
-            m.d.sync += register.eq(CRC32_START)
+            m.d.sync += high.eq(CRC32_START >> 8)
         with m.Elif(take):
-            m.d.sync += register.eq(register[16:] ^ crc32_fold(register[:16]) ^ word_part)
-        m.d.comb += self.register.eq(register)
+            m.d.sync += high.eq(following[8:])
+        m.d.comb += self.register.eq(Cat(low, high))
         return m
 
 
 class RomCheck(wiring.Component):
     """Reads the identity, the line table and the subdivision table once after reset and says whether they are good.
 
-    The identity ends with a CRC of its own. The CRC of the two tables stands in it and is fed in after them, so one
-    register compared with one constant decides both. While `busy` is high, `address` belongs to the check.
+    An octet is read a clock. The identity ends with a CRC of its own. The CRC of the two tables stands in it and is fed
+    in after them, so one register compared with one constant decides both. While `busy` is high, `address` belongs to
+    the check.
     """
 
-    CLOCKS = 1 + IDENTITY_WORDS + 1 + LINES_PER_TURN + SUBDIVISION_ENTRIES + 2 + READ_CLOCKS + Crc32.CLOCKS + 4
+    CLOCKS = 1 + 2 * (IDENTITY_WORDS + LINES_PER_TURN + SUBDIVISION_ENTRIES + 2) + 1 + READ_CLOCKS + Crc32.CLOCKS + 4
     """Clocks from reset to the first one with `busy` low."""
 
     SMALL_BITS = exact_log2(SUBDIVISION_ENTRIES)
@@ -125,50 +126,38 @@ class RomCheck(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         m.submodules.identity = identity = TableMemory(self.identity_words)
-        place = Signal(range(LINES_PER_TURN))
-        takes = Signal()
-        source_line, source_subdivision, source_crc = Signal(), Signal(), Signal()
-        restarts, ends_identity, ends_tables = Signal(), Signal(), Signal()
-        # Known a clock ahead, so that the state machine waits for no long comparison.
-        last_small, last_line = Signal(), Signal()
+        octet_place = Signal(range(2 * LINES_PER_TURN))
+        place = octet_place[1:]
+        # One register a state, in the order they follow each other: nothing has to be decoded.
+        start, identity_part, identity_end = Signal(init=1), Signal(), Signal()
+        line_part, subdivision_part, crc_part, tables_end, wait = (
+            Signal(name=name) for name in ("line_part", "subdivision_part", "crc_part", "tables_end", "wait")
+        )
+        # The last octet of a table is seen two clocks ahead, so that no state waits for a long comparison. Where a
+        # table ends the place is all ones.
+        low_last, middle_last, high_last = (Signal(name=f"{part}_last") for part in ("low", "middle", "high"))
+        last_small, last_line, clears = Signal(), Signal(), Signal(init=1)
         m.d.sync += [
-            last_small.eq(place[: self.SMALL_BITS] == SUBDIVISION_ENTRIES - 2),
-            last_line.eq(place == LINES_PER_TURN - 2),
+            low_last.eq(octet_place[:4] == (1 << 4) - 3),
+            middle_last.eq(octet_place[4 : self.SMALL_BITS + 1].all()),
+            high_last.eq(octet_place[self.SMALL_BITS + 1 :].all()),
+            last_small.eq(low_last & middle_last),
+            last_line.eq(low_last & middle_last & high_last),
+            start.eq(wait & self.restart),
+            identity_part.eq(start | (identity_part & ~last_small)),
+            identity_end.eq(identity_part & last_small),
+            line_part.eq(identity_end | (line_part & ~last_line)),
+            subdivision_part.eq((line_part & last_line) | (subdivision_part & ~last_small)),
+            crc_part.eq((subdivision_part & last_small) | (crc_part & ~octet_place[:2].all())),
+            tables_end.eq(crc_part & octet_place[:2].all()),
+            wait.eq(tables_end | (wait & ~self.restart)),
+            # The place goes over to 0 by itself behind the line table, and stays there until the next check.
+            clears.eq(tables_end | wait | (identity_part & last_small)),
+            octet_place.eq(octet_place + 1),
         ]
+        with m.If(clears):
+            m.d.sync += octet_place.eq(0)
         m.d.comb += self.address.eq(Cat(place[: self.SMALL_BITS], place))
-
-        m.d.sync += place.eq(place + 1)
-        with m.FSM():
-            with m.State("START"):
-                m.d.comb += restarts.eq(1)
-                m.d.sync += place.eq(0)
-                m.next = "IDENTITY"
-            with m.State("IDENTITY"):
-                m.d.comb += takes.eq(1)
-                with m.If(last_small):
-                    m.next = "IDENTITY_END"
-            with m.State("IDENTITY_END"):
-                m.d.comb += [ends_identity.eq(1), restarts.eq(1)]
-                m.d.sync += place.eq(0)
-                m.next = "LINE"
-            with m.State("LINE"):
-                m.d.comb += [takes.eq(1), source_line.eq(1)]
-                with m.If(last_line):  # and the place goes over to 0 by itself
-                    m.next = "SUBDIVISION"
-            with m.State("SUBDIVISION"):
-                m.d.comb += [takes.eq(1), source_subdivision.eq(1)]
-                with m.If(last_small):
-                    m.next = "TABLE_CRC"
-            with m.State("TABLE_CRC"):
-                m.d.comb += [takes.eq(1), source_crc.eq(1)]
-                with m.If(place[0]):
-                    m.next = "TABLE_END"
-            with m.State("TABLE_END"):
-                m.d.comb += ends_tables.eq(1)
-                m.next = "WAIT"
-            with m.State("WAIT"), m.If(self.restart):
-                m.d.sync += [self.busy.eq(1), self.good.eq(0)]
-                m.next = "START"
 
         # The identity is read a clock later than the others are, whose address goes through the correction first.
         identity_address = delayed(m, place[: self.SMALL_BITS], READ_CLOCKS - TABLE_CLOCKS - 1, name="identity_place")
@@ -178,47 +167,60 @@ class RomCheck(wiring.Component):
             identity.write_data.eq(self.write_word),
         ]
         m.d.comb += self.identity_word.eq(identity.data)
-        from_identity = takes & ~(source_line | source_subdivision | source_crc)
-        sources = [from_identity, source_line, source_subdivision, source_crc]
-        tags = delayed(m, Cat(takes, *sources, ends_identity, ends_tables, restarts), READ_CLOCKS, name="read")
-        take, in_identity, in_line, in_subdivision, in_crc, end_identity, end_tables, restart = tags
-        read_place = delayed(m, place[: self.SMALL_BITS], READ_CLOCKS - 1, name="read_place")
+        states = Cat(
+            identity_part, line_part, subdivision_part, crc_part, identity_end, tables_end, start, octet_place[0]
+        )
+        coming_identity, coming_line, coming_subdivision, coming_crc, *others, coming_high = delayed(
+            m, states, READ_CLOCKS - 1, name="coming"
+        )
+        end_identity, end_tables, starts, in_crc, take = delayed(
+            m,
+            Cat(*others, coming_crc, coming_identity | coming_line | coming_subdivision | coming_crc),
+            1,
+            name="read",
+        )
+        # Bit n: octet n of the identity is being read.
+        identity_octet = Signal(2 * max(*MAGIC_WORDS, *TABLE_CRC_WORDS) + 1)
+        m.d.sync += identity_octet.eq(Cat(starts, identity_octet))
 
+        # The CRC of the tables as the identity states it; it goes round once as its octets are taken.
         table_crc = Signal(32, reset_less=True)
-        crc_half = Signal(16, reset_less=True)
-        magic_good = Signal(init=1)
-        m.d.sync += crc_half.eq(Mux(read_place[0], table_crc[16:], table_crc[:16]))
         for half, crc_word in enumerate(TABLE_CRC_WORDS):
-            at_crc = Signal(name=f"at_crc{half}")
-            m.d.sync += at_crc.eq(read_place == crc_word)
-            with m.If(in_identity & at_crc):
-                m.d.sync += table_crc.word_select(half, 16).eq(identity.data)
+            part = slice(16 * half, 16 * half + 16)
+            with m.If(identity_octet[2 * crc_word] | in_crc):
+                m.d.sync += table_crc[part].eq(Mux(in_crc, table_crc.rotate_right(8)[part], identity.data))
         misfits = []
         for magic_place, magic in zip(MAGIC_WORDS, MAGIC, strict=True):
-            at_magic = Signal(name=f"at_magic{magic_place}")
-            wrong = Signal(name=f"wrong{magic_place}")
+            differs = Signal(4, name=f"differs{magic_place}")
             judges = Signal(name=f"judges{magic_place}")
             m.d.sync += [
-                at_magic.eq(read_place == magic_place),
-                wrong.eq(identity.data != magic),
-                judges.eq(in_identity & at_magic),
+                differs.eq(Cat(identity.data[low : low + 4] != (magic >> low & 0xF) for low in range(0, 16, 4))),
+                judges.eq(identity_octet[2 * magic_place]),
             ]
-            misfits.append(judges & wrong)
+            misfit = Signal(name=f"misfit{magic_place}")
+            m.d.sync += misfit.eq(judges & differs.any())
+            misfits.append(misfit)
+        magic_good = Signal(init=1)
         m.d.sync += magic_good.eq((magic_good & ~Cat(misfits).any()) | self.restart)
         m.d.comb += self.table_crc32.eq(table_crc)
 
-        word = Signal(16, reset_less=True)
-        m.d.sync += word.eq(
-            (self.line_word & in_line.replicate(16))
-            | (self.subdivision_word & in_subdivision.replicate(16))
-            | (crc_half & in_crc.replicate(16))
-            | (identity.data & in_identity.replicate(16))
-        )
+        # The octet that is read, each from its own place.
+        octet = Signal(8, reset_less=True)
+        chosen = Const(0, 8)
+        for name, word, coming in (
+            ("identity", identity.data, coming_identity),
+            ("line", self.line_word, coming_line),
+            ("subdivision", self.subdivision_word, coming_subdivision),
+        ):
+            takes_low, takes_high = Signal(name=f"takes_{name}_low"), Signal(name=f"takes_{name}_high")
+            m.d.sync += [takes_low.eq(coming & ~coming_high), takes_high.eq(coming & coming_high)]
+            chosen = chosen | (word[:8] & takes_low.replicate(8)) | (word[8:] & takes_high.replicate(8))
+        m.d.sync += octet.eq(chosen | (table_crc[:8] & in_crc.replicate(8)))
         m.submodules.crc = crc = Crc32()
         take, end_identity, end_tables, restart = (
-            delayed(m, tag, 1, name="word") for tag in (take, end_identity, end_tables, restart)
+            delayed(m, tag, 1, name="word") for tag in (take, end_identity, end_tables, starts | end_identity)
         )
-        m.d.comb += [crc.word.eq(word), crc.take.eq(take), crc.restart.eq(restart)]
+        m.d.comb += [crc.octet.eq(octet), crc.take.eq(take), crc.restart.eq(restart)]
 
         # The register is compared in two clocks after the last word went in.
         parts_match = Signal(4)
@@ -234,6 +236,8 @@ class RomCheck(wiring.Component):
         with m.If(identity_ended):
             m.d.sync += identity_good.eq(matches)
         m.d.sync += self.fault.eq(tables_ended & ~verdict)
-        with m.If(tables_ended):
-            m.d.sync += [self.busy.eq(0), self.good.eq(verdict)]
+        m.d.sync += [
+            self.busy.eq((self.busy & ~tables_ended) | (wait & self.restart)),
+            self.good.eq(Mux(tables_ended, verdict, self.good & ~self.restart)),
+        ]
         return m

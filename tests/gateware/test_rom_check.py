@@ -113,18 +113,19 @@ def test_memories_that_were_never_written_are_found():
     assert not check(np.full(512, 0xFFFF), np.full(4096, 0xFFFF), np.full(512, 0xFFFF))
 
 
-def test_the_crc_is_that_of_zlib_whenever_words_come(rng):
-    words = rng.integers(0, 1 << 16, 300)
-    take = rng.random(300) < 0.7
-    restart = (rng.random(300) < 0.02) & ~take
-    take[0], restart[0] = False, True
+def test_the_crc_is_that_of_zlib_whenever_octets_come(rng):
+    take = rng.random(600) < 0.7
+    octets = rng.integers(0, 1 << 8, 600) * take
+    restart = (rng.random(600) < 0.02) & ~take
+    take[0], restart[0], octets[0] = False, True, 0
     clocks = Crc32.CLOCKS
-    bench = Bench(Crc32(), ["word", "take", "restart"], ["register"])
-    rows = bench.run(300 + clocks, word=words, take=np.append(take, 0), restart=np.append(restart, 0))
+    bench = Bench(Crc32(), ["octet", "take", "restart"], ["register"])
+    padded = [np.append(values, 0) for values in (octets, take, restart)]
+    rows = bench.run(600 + clocks, octet=padded[0], take=padded[1], restart=padded[2])
 
     expected, crc = [], 0
-    for word, taken, again in zip(words.tolist(), take, restart, strict=True):
-        crc = 0 if again else zlib.crc32(word.to_bytes(2, "little"), crc) if taken else crc
-        expected.append(crc ^ CRC32_START)
+    for octet, following, taken, again in zip(octets.tolist(), padded[0][1:].tolist(), take, restart, strict=True):
+        crc = 0 if again else zlib.crc32(bytes([octet]), crc) if taken else crc
+        expected.append(crc ^ CRC32_START ^ following)
     assert np.count_nonzero(restart) > 2
     assert_rows("register", rows["register"][clocks:], np.array(expected))
