@@ -28,9 +28,6 @@ ROUND_CLOCKS = PHASES * len(LOOKS)
 LOOK_ENDS = 0
 """Phase in which the next look begins; it overlaps with the one before it."""
 
-SUM_LOW, SUM_HIGH = 3, 0
-"""Phases in which the halves of a sum are made: the word is there from phase 2 to phase 0."""
-
 _HALF = WORD_BITS // 2
 _LOOK_BITS = 4
 
@@ -114,32 +111,32 @@ class EventCounters(wiring.Component):
             group = Signal(TALLY_BITS, name=f"tally{k}")
             m.d.sync += group.eq(Cat(Array(low[k : k + 4])[look[:2]], Array(upper[k : k + 4])[look[:2]]))
             groups.append(group)
-        m.d.sync += tally.eq(Array(groups)[delayed(m, look[2:], 1, name="look_group")])
+        halves = [Signal(TALLY_BITS, name=f"half{k}") for k in range(2)]
+        m.d.sync += [half.eq(Mux(look[2], *groups[2 * k : 2 * k + 2][::-1])) for k, half in enumerate(halves)]
+        m.d.sync += tally.eq(Mux(delayed(m, look[3], 1, name="look_half"), halves[1], halves[0]))
 
-        # What came since, and the sum in two halves: a clock each, from the phase on that brings the word.
+        # What came since, in phase 2, and the sum in two halves, in phases 3 and 0, while the word is there.
         second_word = [word == 1 for _, word in LOOKS]
         narrow = [word == 1 or counted.rare for counted, word in LOOKS]
         is_second = delayed(m, _choice(look, second_word), 2, name="is_second")
         is_narrow = delayed(m, _choice(look, narrow), 2, name="is_narrow")
         saturating = _one_later([counted.saturates for counted, _ in LOOKS])
         saturates = delayed(m, _choice(look, saturating), 1, name="saturates")
-        came = Signal(TALLY_BITS)
+        came = Signal(TALLY_BITS, reset_less=True)
         difference = Signal(TALLY_BITS)
         sum_low, sum_high = Signal(_HALF + 1), Signal(_HALF + 1)
-        carry = sum_high[-1]
+        carry = Signal()  # of the look before
         m.d.comb += difference.eq(tally - self.word[:TALLY_BITS])
-        m.d.sync += came.eq(
-            Cat(
-                Mux(is_second, carry, tally[0] ^ self.word[0]),
-                difference[1:] & ~is_narrow.replicate(TALLY_BITS - 1),
-            )
-        )
-        with m.If(self.phase[SUM_LOW]):
-            m.d.sync += sum_low.eq(sum_and_carry(self.word[:_HALF], Cat(came, Const(0, _HALF - TALLY_BITS))))
-        with m.If(self.phase[SUM_HIGH]):
-            m.d.sync += sum_high.eq(sum_and_carry(self.word[_HALF:], Const(0, _HALF), sum_low[-1]))
-        full = (carry & saturates).replicate(WORD_BITS)
-        m.d.comb += self.total.eq(Cat(sum_low[:_HALF], sum_high[:_HALF]) | full)
+        m.d.sync += came.eq(Cat(Mux(is_second, carry, tally[0] ^ self.word[0]), difference[1:]))
+        with m.If(is_narrow):
+            m.d.sync += came[1:].eq(0)
+        m.d.sync += [
+            sum_low.eq(sum_and_carry(self.word[:_HALF], Cat(came, Const(0, _HALF - TALLY_BITS)))),
+            sum_high.eq(sum_and_carry(self.word[_HALF:], Const(0, _HALF), sum_low[-1])),
+            carry.eq(sum_high[-1]),
+        ]
+        full = (sum_high[-1] & saturates).replicate(WORD_BITS)
+        m.d.comb += self.total.eq(Cat(delayed(m, sum_low[:_HALF], 1, name="low"), sum_high[:_HALF]) | full)
         return m
 
 
