@@ -46,17 +46,22 @@ class DelayLine(wiring.Component):
         write_address = Signal(address_bits, init=ahead, reset_less=True)
         read_address = Signal(address_bits, reset_less=True)
         # The memory still holds what came before a reset.
-        is_new = delayed(m, Const(1, 1), self.clocks - 1, name="is_new")
+        is_old = Signal(init=1)
+        m.d.sync += is_old.eq(~delayed(m, Const(1, 1), self.clocks - 2, name="is_new"))
+        shown = Signal(len(self.value))
         m.d.comb += [
             write.en.eq(1),
             write.addr.eq(write_address),
             write.data.eq(self.value),
             read.addr.eq(read_address),
+            self.delayed.eq(shown),
         ]
         m.d.sync += [
             write_address.eq(write_address + 1),
             read_address.eq(read_address + 1),
             word.eq(read.data),
-            self.delayed.eq(word & is_new.replicate(len(self.value))),
+            shown.eq(word),
         ]
+        with m.If(is_old):
+            m.d.sync += shown.eq(0)
         return m
