@@ -1,6 +1,6 @@
 """A wide value that waits for many clocks: registers, or block RAM where registers are scarce and block RAM is not."""
 
-from amaranth.hdl import Const, Module, Signal
+from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
@@ -17,7 +17,11 @@ def is_ice40(platform) -> bool:
 
 
 class DelayLine(wiring.Component):
-    """`delayed` is `value`, `clocks` later; 0 for the first clocks after reset."""
+    """`delayed` is `value`, `clocks` later.
+
+    For the first clocks after a reset it is 0 from registers, and what came before the reset from a memory: clearing
+    that would take a reset of its own, as wide as the value.
+    """
 
     def __init__(self, width: int, clocks: int):
         self.clocks = clocks
@@ -45,18 +49,18 @@ class DelayLine(wiring.Component):
         # The two go round together; what one writes the other reads `ahead` clocks later.
         write_address = Signal(address_bits, init=ahead, reset_less=True)
         read_address = Signal(address_bits, reset_less=True)
-        # The memory still holds what came before a reset.
-        is_new = delayed(m, Const(1, 1), self.clocks - 1, name="is_new")
+        shown = Signal(len(self.value), reset_less=True)
         m.d.comb += [
             write.en.eq(1),
             write.addr.eq(write_address),
             write.data.eq(self.value),
             read.addr.eq(read_address),
+            self.delayed.eq(shown),
         ]
         m.d.sync += [
             write_address.eq(write_address + 1),
             read_address.eq(read_address + 1),
             word.eq(read.data),
-            self.delayed.eq(word & is_new.replicate(len(self.value))),
+            shown.eq(word),
         ]
         return m

@@ -1,5 +1,8 @@
 """The power-up check: all three tables are read through, and the correction is used only when their CRCs hold."""
 
+from functools import reduce
+from operator import or_
+
 from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
@@ -73,7 +76,7 @@ class RomCheck(wiring.Component):
     the check.
     """
 
-    CLOCKS = 1 + 2 * (IDENTITY_WORDS + LINES_PER_TURN + SUBDIVISION_ENTRIES + 2) + 1 + READ_CLOCKS + Crc32.CLOCKS + 4
+    CLOCKS = 1 + 2 * (IDENTITY_WORDS + LINES_PER_TURN + SUBDIVISION_ENTRIES + 2) + 1 + READ_CLOCKS + Crc32.CLOCKS + 5
     """Clocks from reset to the first one with `busy` low."""
 
     SMALL_BITS = exact_log2(SUBDIVISION_ENTRIES)
@@ -204,21 +207,26 @@ class RomCheck(wiring.Component):
         m.d.sync += magic_good.eq((magic_good & ~Cat(misfits).any()) | self.restart)
         m.d.comb += self.table_crc32.eq(table_crc)
 
-        # The octet that is read, each from its own place.
-        octet = Signal(8, reset_less=True)
-        chosen = Const(0, 8)
+        # The octet that is read, each from its own table; at most one of them is not 0.
+        octets = [delayed(m, table_crc[:8] & in_crc.replicate(8), 1, name="crc_octet")]
         for name, word, coming in (
             ("identity", identity.data, coming_identity),
             ("line", self.line_word, coming_line),
             ("subdivision", self.subdivision_word, coming_subdivision),
         ):
             takes_low, takes_high = Signal(name=f"takes_{name}_low"), Signal(name=f"takes_{name}_high")
-            m.d.sync += [takes_low.eq(coming & ~coming_high), takes_high.eq(coming & coming_high)]
-            chosen = chosen | (word[:8] & takes_low.replicate(8)) | (word[8:] & takes_high.replicate(8))
-        m.d.sync += octet.eq(chosen | (table_crc[:8] & in_crc.replicate(8)))
+            octet = Signal(8, name=f"{name}_octet", reset_less=True)
+            m.d.sync += [
+                takes_low.eq(coming & ~coming_high),
+                takes_high.eq(coming & coming_high),
+                octet.eq((word[:8] & takes_low.replicate(8)) | (word[8:] & takes_high.replicate(8))),
+            ]
+            octets.append(octet)
+        octet = Signal(8, reset_less=True)
+        m.d.sync += octet.eq(reduce(or_, octets))
         m.submodules.crc = crc = Crc32()
         take, end_identity, end_tables, restart = (
-            delayed(m, tag, 1, name="word") for tag in (take, end_identity, end_tables, starts | end_identity)
+            delayed(m, tag, 2, name="octet") for tag in (take, end_identity, end_tables, starts | end_identity)
         )
         m.d.comb += [crc.octet.eq(octet), crc.take.eq(take), crc.restart.eq(restart)]
 
