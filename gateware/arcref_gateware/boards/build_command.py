@@ -13,6 +13,7 @@ from arcref import __version__
 from arcref.atomic_file import write_files
 from arcref.correction_rom import CorrectionRom
 from arcref.input_error import InputError
+from arcref.link.registers import GENERATOR_FAULTS
 from arcref.rom_image import load_rom
 from arcref_gateware.boards.bitstream_tables import (
     BITSTREAMS,
@@ -41,7 +42,6 @@ from arcref_gateware.boards.place_and_route import (
     place_and_route,
 )
 from arcref_gateware.boards.self_test import SelfTest
-from arcref_gateware.boards.square_wave_generator import FAULTS
 from arcref_gateware.boards.table_layout import TablesNotFound
 from arcref_gateware.strobe_delay import STROBE_DELAY_BITS
 from arcref_gateware.table_contents import rom_contents
@@ -83,7 +83,9 @@ class SeedList(click.ParamType):
     help="Strobe delay at power-up, in sample periods.",
 )
 @click.option("--self-test", "self_test_rps", type=float, metavar="RPS", help="Turn a generator in the FPGA instead.")
-@click.option("--self-test-fault", type=click.Choice(list(FAULTS)), help="A fault for the self-test to inject.")
+@click.option(
+    "--self-test-fault", type=click.Choice(list(GENERATOR_FAULTS)), help="A fault for the self-test to inject."
+)
 @click.option(
     "--constraints",
     type=FILE,
