@@ -51,11 +51,12 @@ def test_every_input_changing_at_random_in_any_word(samples_per_word, rng):
     for name, value in (("rate", FASTEST), ("run", 1)):
         asked[name][:approach] = value
     # To and fro between both places.
-    count = float(START_COUNT + samples_per_word * approach)
+    ahead = np.concatenate(([0], np.cumsum(asked["rate"] * asked["run"] * samples_per_word))) >> RATE_BITS
+    count = START_COUNT + ahead[approach]
     for word in range(approach, words):
         goal = rng.integers(0, 80) + 100 * (word // 600 % 2) - 50
         asked["reverse"][word] = reverse = int(count > goal)
-        count += (1 - 2 * reverse) * asked["rate"][word] * asked["run"][word] * samples_per_word / (FASTEST + 1)
+        count += (1 - 2 * reverse) * (ahead[word + 1] - ahead[word])
     expected = assert_same_lines(samples_per_word, asked, 16)
     about = expected["count"][samples_per_word * (approach + 20) :]
     assert -100 < about.min() < -4
