@@ -11,7 +11,15 @@ from amaranth.lib.wiring import In, Out
 
 from arcref.angle import ANGLE_BITS
 from arcref.link.registers import GENERATOR_FAULTS, GENERATOR_RATE_STEP, REGISTERS
-from arcref_gateware.register_stages import delayed, skewed, skewed_add, sum_and_carry
+from arcref_gateware.register_stages import (
+    aligned,
+    delayed,
+    pipeline_clocks,
+    segment_bounds,
+    skewed,
+    skewed_add,
+    sum_and_carry,
+)
 
 RATE_BITS = REGISTERS["generator_rate"].width - (GENERATOR_RATE_STEP.bit_length() - 1)
 """The generator's rate is a whole number of 2 ** -24 counts a sample."""
@@ -23,22 +31,18 @@ zero mark by more than the line that a missing index needs to show."""
 FAULT_PERIOD = 16
 """The period of A, counted from the zero mark, in which a fault of A and B is injected."""
 
-STEPS_CLOCKS = 4
+STEPS_CLOCKS = 2 + pipeline_clocks(RATE_BITS)
 """Clocks from the rate of a word to the steps it gives each sample."""
 
-GENERATOR_CLOCKS = STEPS_CLOCKS + 6
+GENERATOR_CLOCKS = STEPS_CLOCKS + pipeline_clocks(ANGLE_BITS) + 4
 """Clocks from what a word is asked to be to its samples. So many words after reset show the start, A and B low."""
 
 PERIODS_BITS = ANGLE_BITS - 2
 
-LOWER_BITS = 12
-"""Width of the lower part of the angle: a carry chain that keeps to the word clock."""
-
 STEPS_BITS = 3
 """Bits of the steps within a word: at most one a sample, four samples."""
 
-RATE_LOWER_BITS = 14
-"""Width of the lower part of the rate; the upper part, with the steps, is as wide but for one bit."""
+assert pipeline_clocks(RATE_BITS) == pipeline_clocks(RATE_BITS + STEPS_BITS)
 
 
 class SquareWaveGenerator(wiring.Component):
@@ -86,18 +90,17 @@ class SquareWaveGenerator(wiring.Component):
         signed_steps = Array([*range(1 << STEPS_BITS), *range(0, -(1 << STEPS_BITS), -1)])
         m.d.sync += [way.eq(signed_steps[Cat(step, reverse)]) for way, step in zip(ways, steps, strict=True)]
 
-        # The angle at the word's start, its upper part a clock behind its lower one.
-        start = START_COUNT % (1 << ANGLE_BITS)
-        lower = Signal(LOWER_BITS, init=start % (1 << LOWER_BITS))
-        carry = Signal(signed(2))
-        upper = Signal(ANGLE_BITS - LOWER_BITS, init=start >> LOWER_BITS)
-        onward = Signal(signed(LOWER_BITS + 2))
-        m.d.comb += onward.eq(lower + ways[-1])
-        m.d.sync += [lower.eq(onward[:LOWER_BITS]), carry.eq(onward[LOWER_BITS:]), upper.eq(upper + carry)]
-        lower_then = Signal.like(lower)
-        m.d.sync += lower_then.eq(lower)
-        angle = Cat(lower_then, upper)
-        ways = [delayed(m, way, 1, name=f"way_{k}") for k, way in enumerate(ways)]
+        # The angle at the word's start, in segments, each a clock behind the one below it.
+        segments, onward = [], ways[-1]
+        for low, high in segment_bounds(ANGLE_BITS):
+            segment = Signal(high - low, init=START_COUNT >> low & (1 << high - low) - 1, name=f"angle_{low}")
+            total, carry = Signal(signed(high - low + 2), name=f"total_{low}"), Signal(signed(2), name=f"carry_{low}")
+            m.d.comb += total.eq(segment + onward)
+            m.d.sync += [segment.eq(total), carry.eq(total[high - low :])]
+            segments.append(segment)
+            onward = carry
+        angle = aligned(m, segments, name="angle")
+        ways = [delayed(m, way, len(segments) - 1, name=f"way_{k}") for k, way in enumerate(ways)]
 
         # State of each sample, and whether its period is the one before, the same or the one after.
         places = []
@@ -131,33 +134,32 @@ class SquareWaveGenerator(wiring.Component):
     def _steps(self, m: Module) -> list[Signal]:
         """Counts that each sample is on from the word's start, `STEPS_CLOCKS` after the word was asked for.
 
-        The accumulator is in two parts, the upper one a clock behind the lower one.
+        The accumulator is cut into segments, each a clock behind the one below it.
         """
         rate = Signal(RATE_BITS + STEPS_BITS)
         m.d.sync += rate.eq(self.rate & self.run.replicate(RATE_BITS))
         later = delayed(m, rate, 1, name="rate")
-        multiples = [self._parts(m, later, "rate1"), self._parts(m, later << 1, "rate2")]
+        multiples = [skewed(m, later, name="rate1"), skewed(m, (later << 1)[: len(later)], name="rate2")]
         if self.samples_per_word == 4:
             twice = (rate[:-1] << 1).as_signed()
-            multiples.append(skewed_add(m, self._parts(m, rate, "rate3"), twice, name="rate3"))
-            multiples.append(self._parts(m, later << 2, "rate4"))
-        fraction = [Signal(RATE_LOWER_BITS, name="fraction0"), Signal(RATE_BITS - RATE_LOWER_BITS, name="fraction1")]
+            multiples.append(skewed_add(m, skewed(m, rate, name="rate3"), twice, name="rate3"))
+            multiples.append(skewed(m, (later << 2)[: len(later)], name="rate4"))
+        fraction = [Signal(high - low, name=f"fraction_{low}") for low, high in segment_bounds(RATE_BITS)]
         steps = []
-        for k in range(self.samples_per_word):
-            low, high = multiples[k]
-            low_total = sum_and_carry(fraction[0], low)
-            carry = Signal(name=f"fraction_carry_{k}")
-            # One bit more at the low end makes the carry in part of the same carry chain.
-            high_total = (Cat(Const(1, 1), fraction[1]) + Cat(carry, high))[1:]
-            steps.append(Signal(STEPS_BITS, name=f"steps_{k}"))
-            m.d.sync += [carry.eq(low_total[RATE_LOWER_BITS]), steps[k].eq(high_total[len(fraction[1]) :])]
-        m.d.sync += [fraction[0].eq(low_total), fraction[1].eq(high_total)]
+        for k, segments in enumerate(multiples[: self.samples_per_word]):
+            carry = None
+            for place, (part, segment) in enumerate(zip(fraction, segments, strict=True)):
+                if part is fraction[-1]:
+                    # One bit more at the low end makes the carry in part of the same carry chain.
+                    total = (Cat(Const(1, 1), part) + Cat(carry, segment))[1 : 1 + len(segment)]
+                else:
+                    total = sum_and_carry(part, segment, carry)
+                carry = Signal(len(total) - len(part), name=f"carry_{k}_{place}")
+                m.d.sync += carry.eq(total[len(part) :])
+                if k == self.samples_per_word - 1:
+                    m.d.sync += part.eq(total)
+            steps.append(carry)
         return steps
-
-    @staticmethod
-    def _parts(m: Module, value, name: str) -> list:
-        """The lower and the upper part of a multiple of the rate, the upper one a clock later."""
-        return skewed(m, value[: RATE_BITS + STEPS_BITS], name=name, segment_bits=RATE_LOWER_BITS)
 
     def _strobe(self, m: Module) -> None:
         words = Signal(range(self.strobe_words))

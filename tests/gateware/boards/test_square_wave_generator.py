@@ -7,7 +7,7 @@ from amaranth_bench import Bench, as_bits, assert_rows
 from arcref.angle import COUNTS_PER_TURN, LINES_PER_TURN
 from arcref.correction_rom import CorrectionRom
 from arcref.link.registers import GENERATOR_FAULTS, GENERATOR_RATE_STEP, REGISTERS
-from arcref_gateware.boards.square_wave_generator import RATE_BITS, START_COUNT, SquareWaveGenerator
+from arcref_gateware.boards.square_wave_generator import GENERATOR_CLOCKS, RATE_BITS, START_COUNT, SquareWaveGenerator
 from arcref_gateware.boards.square_wave_golden import square_wave_samples
 from arcref_gateware.golden.core import CoreModel
 from arcref_gateware.golden.signal_changes import A_BIT, B_BIT, Z_BIT, SignalChanges
@@ -107,7 +107,7 @@ def test_it_stands_while_it_does_not_run_and_goes_on_where_it_stood():
     count = lines["count"].reshape(words, 2)
     stood = count[112:208]
     assert np.ptp(stood) == 0
-    assert count[-1, -1] - START_COUNT == pytest.approx(run[:-10].sum(), abs=2)
+    assert count[-1, -1] - START_COUNT == pytest.approx(run[:-GENERATOR_CLOCKS].sum(), abs=2)
 
 
 def test_the_registers_give_the_rate_its_whole_range():
