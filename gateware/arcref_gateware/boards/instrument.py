@@ -13,7 +13,7 @@ from arcref_gateware.boards.alignment_check import AlignmentCheck, AlignmentPatt
 from arcref_gateware.boards.board import SAMPLED_SIGNALS
 from arcref_gateware.boards.self_test_course import SelfTestCourse
 from arcref_gateware.boards.square_wave_generator import SquareWaveGenerator
-from arcref_gateware.connected_encoder import ConnectedEncoder
+from arcref_gateware.connected_encoder import DEFAULT_BAUD, ConnectedEncoder
 from arcref_gateware.reference_encoder import ReferenceEncoder
 
 HEARTBEAT_HZ = 1.0
@@ -59,6 +59,7 @@ class Instrument(wiring.Component):
         self_test=None,
         strobe_delay: int = 0,
         has_link: bool = False,
+        baud: float = DEFAULT_BAUD,
     ):
         self.samples_per_word = samples_per_word
         self.word_clock_hz = word_clock_hz
@@ -71,6 +72,7 @@ class Instrument(wiring.Component):
                 samples_per_word,
                 strobe_delay=strobe_delay,
                 word_clock_hz=word_clock_hz,
+                baud=baud,
                 has_test_generator=self_test is not None,
                 settings=self_test and self_test.settings(samples_per_word * word_clock_hz),
             )

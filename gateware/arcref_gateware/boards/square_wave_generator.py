@@ -115,8 +115,11 @@ class SquareWaveGenerator(wiring.Component):
                     nearby[period] = self._is_period(m, angle[2:], period % (1 << PERIODS_BITS))
 
         # The lines, with their faults.
-        fault = delayed(m, self.fault, GENERATOR_CLOCKS - 1, name="fault")
-        dropped_edge, doubled_step, missing_index, wide_index = fault
+        dropped_edge, doubled_step, missing_index, wide_index = self.fault
+        forward = ~self.reverse
+        # Counts taken forward would be given back in reverse; without any zero pulse nothing would ever be homed.
+        faults = Cat(dropped_edge & forward, doubled_step & forward, missing_index & self.reverse, wide_index)
+        dropped_edge, doubled_step, missing_index, wide_index = delayed(m, faults, GENERATOR_CLOCKS - 1, name="fault")
         for k, place in enumerate(places):
             state, on = delayed(m, place[:2], 1, name=f"state_{k}"), place[2:]
             at_zero, after_zero, at_fault = (Signal(name=f"at_{name}_{k}") for name in ("zero", "one", "fault"))

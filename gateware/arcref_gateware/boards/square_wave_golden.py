@@ -31,10 +31,11 @@ def square_wave_samples(samples_per_word: int, rate, *, run=True, reverse=False,
 
     state, period = count & 3, (count >> 2) % (1 << PERIODS_BITS)
     has = {name: fault >> bit & 1 == 1 for bit, name in enumerate(GENERATOR_FAULTS)}
-    at_fault = period == FAULT_PERIOD
+    backwards = reverse.astype(bool)
+    at_fault = (period == FAULT_PERIOD) & ~backwards
     b = state >= 2
     a = ((state == 1) | (state == 2)) & ~(at_fault & (has["dropped_edge"] | has["doubled_step"] & ~b))
-    z = ((period == 0) | (period == 1) & has["wide_index"]) & ~has["missing_index"]
+    z = ((period == 0) | (period == 1) & has["wide_index"]) & ~(has["missing_index"] & backwards)
     strobe = np.zeros_like(a)
     strobed = np.arange(strobe_words - 1, words, strobe_words)
     strobe[strobed, np.arange(len(strobed)) % samples_per_word] = True

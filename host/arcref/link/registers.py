@@ -24,9 +24,9 @@ HOMING_MODES = ("once", "at the next index")
 ROM_STATES = ("checking", "good", "fault", "loading", "waiting for the index")
 
 GENERATOR_FAULTS = {
-    "dropped_edge": "A stays low for one period of it in each turn: four counts are lost, and no step is illegal.",
-    "doubled_step": "Two counts at once in each turn: an illegal step.",
-    "missing_index": "No zero pulse comes.",
+    "dropped_edge": "A stays low for one period of it in each turn forward: four counts lost without an illegal step.",
+    "doubled_step": "Two counts at once in each turn forward: an illegal step.",
+    "missing_index": "No zero pulse comes in reverse.",
     "wide_index": "The zero pulse is two periods of A wide, so the zero mark comes twice, four counts apart.",
 }
 """Faults that the test generator can make, in the order of their bits from 2 on."""
