@@ -184,6 +184,9 @@ def build_record(board: Board, placed: PlacedDesign, *, self_test: SelfTest | No
         "seeds_tried": {str(seed): tried.word_clock_reached_hz for seed, tried in placed.tried.items()},
         "synthesis_options": list(board.synthesis_options),
         "strobe_delay_samples": strobe_delay,
+        "has_link": board.has_link,
+        "baud": board.baud if board.has_link else None,
+        "capture_depth": board.capture_depth if board.has_link else None,
         "self_test": self_test and dataclasses.asdict(self_test),
         "tools": tool_versions(TOOLS[board.family]),
     }
@@ -237,6 +240,14 @@ def figures(record: dict):
     )
     yield "cells", f"{record['cells']} of {record['cells_available']}"
     yield "block RAMs", f"{record['block_rams']} of {record['block_rams_available']}"
+    yield (
+        "serial link",
+        (
+            f"UART at {record['baud'] / 1e6:g} Mbaud, {record['capture_depth']} captures"
+            if record["has_link"]
+            else "none, SPI alone"
+        ),
+    )
     tried = len(record["seeds_tried"])
     yield "seed", f"{record['seed']}, {tried} tried" if tried > 1 else f"{record['seed']}, the first tried"
     if record["self_test"]:

@@ -13,7 +13,7 @@ from arcref_gateware.boards.alignment_check import AlignmentCheck, AlignmentPatt
 from arcref_gateware.boards.board import SAMPLED_SIGNALS
 from arcref_gateware.boards.self_test_course import SelfTestCourse
 from arcref_gateware.boards.square_wave_generator import SquareWaveGenerator
-from arcref_gateware.connected_encoder import DEFAULT_BAUD, ConnectedEncoder
+from arcref_gateware.connected_encoder import CAPTURE_DEPTH, DEFAULT_BAUD, ConnectedEncoder
 from arcref_gateware.reference_encoder import ReferenceEncoder
 
 HEARTBEAT_HZ = 1.0
@@ -37,7 +37,7 @@ UNREAD_OUTPUTS = (
     "first_illegal_position",
     "first_illegal_time",
 )
-"""Outputs of the core that are read through no pin of a board."""
+"""Outputs of the core that are read through no pin of a board without a link."""
 
 
 class Instrument(wiring.Component):
@@ -45,8 +45,8 @@ class Instrument(wiring.Component):
 
     `pattern` is what the alignment pad sends, None where no check is needed (one sample a word).
     `self_test`, a `SelfTest`, puts a test generator in place of the samples; with the link its registers choose between
-    the two. `has_link` puts registers, UART, captures and compare output around the core. Uses the domains of
-    `word_domains`; `hold` must drive the reset of `sync`.
+    the two. `has_link` puts registers, UART, captures and compare output around the core, with `baud` and
+    `capture_depth` of `ConnectedEncoder`. Uses the domains of `word_domains`; `hold` must drive the reset of `sync`.
     """
 
     def __init__(
@@ -60,6 +60,7 @@ class Instrument(wiring.Component):
         strobe_delay: int = 0,
         has_link: bool = False,
         baud: float = DEFAULT_BAUD,
+        capture_depth: int = CAPTURE_DEPTH,
     ):
         self.samples_per_word = samples_per_word
         self.word_clock_hz = word_clock_hz
@@ -73,6 +74,7 @@ class Instrument(wiring.Component):
                 strobe_delay=strobe_delay,
                 word_clock_hz=word_clock_hz,
                 baud=baud,
+                capture_depth=capture_depth,
                 has_test_generator=self_test is not None,
                 settings=self_test and self_test.settings(samples_per_word * word_clock_hz),
             )
@@ -161,10 +163,11 @@ class Instrument(wiring.Component):
                 self.uart_tx.eq(core.uart_tx),
                 self.compare.eq(core.compare),
             ]
-        # What no pin shows yet stays in the design, so that its figures are those of the whole core.
-        unread = Cat(getattr(core, name) for name in UNREAD_OUTPUTS)
-        observed = Signal(len(unread), reset_less=True, attrs={"keep": "true"})
-        m.d.sync += observed.eq(unread)
+        else:
+            # What no pin shows stays in the design, so that its figures are those of the whole core.
+            unread = Cat(getattr(core, name) for name in UNREAD_OUTPUTS)
+            observed = Signal(len(unread), reset_less=True, attrs={"keep": "true"})
+            m.d.sync += observed.eq(unread)
 
         # The counter of the heartbeat in two halves, so that its carry chain does not limit the word clock.
         beat_bits = int(self.word_clock_hz / HEARTBEAT_HZ).bit_length()
