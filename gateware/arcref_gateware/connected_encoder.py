@@ -49,7 +49,8 @@ CORE_OUTPUTS = (
 class ConnectedEncoder(wiring.Component):
     """`ReferenceEncoder` and everything by which it is set, read and captured.
 
-    Parameters: those of the core; `word_clock_hz`, which the registers state and the baud rate is made from; `baud`.
+    Parameters: those of the core; `word_clock_hz`, which the registers state and the baud rate is made from; `baud`;
+    `settings`: reset values of registers other than the declaration's.
     Raises ValueError for a baud rate that the clock cannot give. The ports of the core mean what they mean there.
     """
 
@@ -64,6 +65,7 @@ class ConnectedEncoder(wiring.Component):
         baud: float = DEFAULT_BAUD,
         capture_depth: int = CAPTURE_DEPTH,
         has_test_generator: bool = False,
+        settings: dict[str, int] | None = None,
     ):
         self.core = ReferenceEncoder(rom, samples_per_word, gate_state=gate_state, strobe_delay=strobe_delay)
         self.rom, self.samples_per_word = rom, samples_per_word
@@ -82,7 +84,7 @@ class ConnectedEncoder(wiring.Component):
             "features": int(has_test_generator),
         }
         resets = {"strobe_delay": strobe_delay, "gate_state": gate_state[0] | gate_state[1] << 1}
-        self.registers = RegisterFile(constants, resets)
+        self.registers = RegisterFile(constants, resets | (settings or {}))
         members = self.core.signature.members
         super().__init__(
             {name: members[name] for name in (*CORE_INPUTS, "strobe", *CORE_OUTPUTS)}
