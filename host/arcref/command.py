@@ -27,6 +27,7 @@ HOST_VERBS = {
     "watch": "arcref.instrument.watch_command:watch",
     "zero-return": "arcref.instrument.zero_return_command:zero_return",
     "registers": "arcref.instrument.registers_command:registers",
+    "trial": "arcref.instrument.trial_command:trial",
     "compare": "arcref.comparison.compare_command:compare",
 }
 """Verbs of the host: name and `module:function`."""

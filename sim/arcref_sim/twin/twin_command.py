@@ -1,6 +1,7 @@
 """`arcref twin`: the whole instrument in simulation, on a serial port that other programs open."""
 
 import queue
+import signal
 import sys
 import threading
 import time
@@ -100,6 +101,8 @@ def twin(
         link=link,
         folder=build_folder,
     )
+    # Taken as Ctrl-C is, so that its port and link are taken away, too.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     with instrument:
         click.echo(f"port: {instrument.port}")
         click.echo(f"link: {link}")

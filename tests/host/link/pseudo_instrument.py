@@ -2,6 +2,7 @@
 
 import os
 import random
+import select
 import threading
 import tty
 
@@ -37,6 +38,7 @@ class PseudoInstrument:
         tty.setraw(far)
         self.port = os.ttyname(far)
         self._ends = [self._near, far]
+        self._pulled = threading.Event()
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._thread.start()
         return self
@@ -48,6 +50,9 @@ class PseudoInstrument:
         """The port goes away under whoever has it open."""
         # A test's thread may pull while the test ends: whoever takes the ends closes them.
         ends, self._ends = self._ends, []
+        self._pulled.set()
+        if threading.current_thread() is not self._thread:
+            self._thread.join()  # a terminal stays as long as someone reads it
         for end in ends:
             os.close(end)
 
@@ -75,7 +80,9 @@ class PseudoInstrument:
         return number
 
     def _serve(self) -> None:
-        while True:
+        while not self._pulled.is_set():
+            if not select.select([self._near], [], [], 0.02)[0]:
+                continue
             try:
                 answer = self.model.feed(self._corrupt(os.read(self._near, 4096)))
                 if answer:
