@@ -13,6 +13,7 @@ from arcref.instrument.capture_file import open_capture_file
 from arcref.instrument.captures import UNKNOWN_LOSS, capture_array
 from arcref.instrument.connection import SECONDS, with_encoder
 from arcref.instrument.encoder import RECONNECT_S, Encoder
+from arcref.instrument.uninterrupted import uninterrupted
 
 BATCH_RECORDS = 4096
 """Captures that are put on the disk together, at the most. They are put there as soon as no other one waits."""
@@ -107,15 +108,16 @@ def _capture(encoder: Encoder, number: int, timeout_s: float, file, losses: Loss
         stream = encoder.stream(timeout_s)
         try:
             for before, record in stream:
-                batch.append((before, record))
-                losses.add(before)
-                taken += 1
-                if taken == number:
-                    break
-                if len(batch) >= BATCH_RECORDS or not encoder.captures_waiting:
-                    full, batch = batch, []
-                    file.append(capture_array(full, rate_hz))
-                    bar.update(task, completed=taken)
+                with uninterrupted():
+                    batch.append((before, record))
+                    losses.add(before)
+                    taken += 1
+                    if taken == number:
+                        break
+                    if len(batch) >= BATCH_RECORDS or not encoder.captures_waiting:
+                        full, batch = batch, []
+                        file.append(capture_array(full, rate_hz))
+                        bar.update(task, completed=taken)
         finally:
             try:
                 stream.close()

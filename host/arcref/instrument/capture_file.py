@@ -13,6 +13,7 @@ import numpy as np
 from arcref.atomic_file import write_bytes
 from arcref.input_error import InputError
 from arcref.instrument.captures import CAPTURE_DTYPE
+from arcref.instrument.uninterrupted import uninterrupted
 
 UNITS = {
     "time_s": "s",
@@ -57,7 +58,7 @@ class CsvCaptures:
             raise InputError(f"{path}: {full}") from full
 
     def append(self, captures: np.ndarray) -> None:
-        """Add captures and put them on the disk.
+        """Add captures and put them on the disk. Ctrl-C waits until that is done.
 
         Raises `InputError` when the disk is full; the rows that found room stand in the file, and none in part.
         """
@@ -69,13 +70,16 @@ class CsvCaptures:
             )
             for row in captures
         )
-        whole = self.captures + len(captures)
-        try:
-            self.captures += self._put("".join(",".join(row) + "\n" for row in rows))
-        except _DiskFull as full:
-            self.captures += full.lines
-            room = f"{self.captures} captures stand in it, {whole - self.captures} that came found no room"
-            raise InputError(f"{self._path}: {full}; {room}") from full
+        before = self.captures
+        with uninterrupted():
+            try:
+                self._put("".join(",".join(row) + "\n" for row in rows))
+            except _DiskFull as full:
+                self.captures += full.lines
+                left = before + len(captures) - self.captures
+                room = f"{self.captures} captures stand in it, {left} more found no room"
+                raise InputError(f"{self._path}: {full}; {room}") from full
+            self.captures += len(captures)
 
     def close(self) -> None:
         """Close the file; without a capture in it, it goes."""
@@ -83,8 +87,8 @@ class CsvCaptures:
         if not self.captures:
             self._path.unlink()
 
-    def _put(self, text: str) -> int:
-        """Bring whole lines to the disk, and say how many."""
+    def _put(self, text: str) -> None:
+        """Bring whole lines to the disk."""
         data, written = text.encode(), 0
         before = os.lseek(self._file, 0, os.SEEK_CUR)
         try:
@@ -96,7 +100,6 @@ class CsvCaptures:
             os.ftruncate(self._file, before + whole)
             os.lseek(self._file, before + whole, os.SEEK_SET)
             raise _DiskFull(f"cannot be written ({error.strerror})", data[:whole].count(b"\n")) from error
-        return data.count(b"\n")
 
 
 class Hdf5Captures:

@@ -101,7 +101,7 @@ class Encoder:
     @property
     def registers(self) -> RegisterAccess:
         """Every register as an attribute."""
-        return RegisterAccess(self._link)
+        return self._kept.registers
 
     @property
     def identity(self) -> Identity:

@@ -24,7 +24,7 @@ class KeptLink:
 
     def __init__(self, port: str | None, baud: int, on_record):
         self._baud, self._on_record = baud, on_record
-        self._link = open_link(port, baud=baud, on_record=on_record)
+        self._take(open_link(port, baud=baud, on_record=on_record))
         self.name = self._link.name
         self.interruptions = 0
         self._closed = False
@@ -43,6 +43,12 @@ class KeptLink:
                 self.reopen(0.0)
         return self._link
 
+    @property
+    def registers(self) -> RegisterAccess:
+        """The registers behind `link`."""
+        _ = self.link  # which opens it anew where need be
+        return self._registers
+
     def reopen(self, wait_s: float) -> None:
         """Open the port again when it comes back.
 
@@ -59,9 +65,10 @@ class KeptLink:
                     waited = f" and did not come back in {wait_s:g} s" if wait_s else ""
                     raise LinkLost(f"{self.name} went away{waited}") from error
             time.sleep(RETRY_S)
-        lost, self._link = self._link, link
+        lost = self._link
+        self._take(link)
         if self._who() != self._is:
-            self._link = lost
+            self._take(lost)
             link.close()
             raise LinkLost(f"another instrument, or another ROM, is at {self.name} now")
         self.interruptions += 1
@@ -75,5 +82,8 @@ class KeptLink:
         """Take what is there now, gateware and ROM, for the instrument that must come back."""
         self._is = self._who()
 
+    def _take(self, link: Link) -> None:
+        self._link, self._registers = link, RegisterAccess(link)
+
     def _who(self) -> dict[str, int]:
-        return RegisterAccess(self._link).read_together(SAME_INSTRUMENT)
+        return self._registers.read_together(SAME_INSTRUMENT)
