@@ -13,6 +13,7 @@ from arcref.instrument.capture_file import open_capture_file
 from arcref.instrument.captures import UNKNOWN_LOSS, capture_array
 from arcref.instrument.connection import SECONDS, with_encoder
 from arcref.instrument.encoder import RECONNECT_S, Encoder
+from arcref.instrument.recorded_captures import UNCERTAINTY_KEY
 from arcref.instrument.uninterrupted import uninterrupted
 
 BATCH_RECORDS = 4096
@@ -89,7 +90,7 @@ def capture_provenance(encoder: Encoder) -> dict:
         "encoder_serial": calibration.get("serial", "unknown"),
         "rom_crc32": f"0x{identity.rom_crc32:08X}",
         "rom_state": identity.rom_state + (", trial" if identity.rom_is_trial else ""),
-        "calibration_expanded_uncertainty": calibration.get("expanded uncertainty", "unknown"),
+        UNCERTAINTY_KEY: calibration.get("expanded uncertainty", "unknown"),
         "sample_rate_hz": f"{identity.sample_rate_hz:.0f}",
         "strobe_delay_samples": encoder.registers.strobe_delay,
         "gateware": identity.gateware,

@@ -13,6 +13,7 @@ import numpy as np
 from arcref.atomic_file import write_bytes
 from arcref.input_error import InputError
 from arcref.instrument.captures import CAPTURE_DTYPE
+from arcref.instrument.recorded_captures import DATASET, journal_of, read_capture_file
 from arcref.instrument.uninterrupted import uninterrupted
 
 UNITS = {
@@ -24,9 +25,6 @@ UNITS = {
     "flags": "",
     "lost_before": "captures",
 }
-
-DATASET = "captures"
-"""Name of the data set in an HDF5 file."""
 
 
 def open_capture_file(path: Path, provenance: dict) -> "CsvCaptures | Hdf5Captures":
@@ -139,65 +137,13 @@ class Hdf5Captures:
         if not self.captures or self._disk_full:
             self._path.unlink()
             return
-        captures, _ = read_capture_file(self._journal_path)
+        captures = read_capture_file(self._journal_path).captures
         try:
             write_bytes(self._path, _hdf5(captures, self._provenance))
         except InputError as error:
             self._path.unlink(missing_ok=True)
             raise InputError(f"{error}; the captures are in {self._journal_path}") from error
         self._journal_path.unlink()
-
-
-def journal_of(path: Path) -> Path:
-    """The CSV file in which the captures stand until the HDF5 file is made."""
-    return path.with_name(path.name + ".csv")
-
-
-def read_capture_file(path: Path) -> tuple[np.ndarray, dict[str, str]]:
-    """Captures, an array of `CAPTURE_DTYPE`, and the provenance of a file. Raises `InputError` when it is none."""
-    if path.suffix.lower() == ".csv":
-        return _read_csv(path)
-    if path.is_file() and not path.stat().st_size and journal_of(path).is_file():
-        raise InputError(f"{path}: its capture was cut short; what was received is in {journal_of(path)}")
-    try:
-        with h5py.File(path, "r") as file:
-            if DATASET not in file or not isinstance(file[DATASET], h5py.Dataset):
-                raise InputError(f"{path}: has no data set {DATASET!r}")
-            data = file[DATASET]
-            if data.dtype != CAPTURE_DTYPE or data.ndim != 1:
-                raise InputError(
-                    f"{path}: its data set {DATASET!r} does not hold captures as `arcref capture` writes them"
-                )
-            captures, provenance = data[:], {key: str(value) for key, value in file.attrs.items()}
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except (OSError, RuntimeError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read as HDF5 ({' '.join(str(error).split())})") from None
-    for name in ("time_s", "angle_deg"):
-        bad = np.flatnonzero(~np.isfinite(captures[name]))
-        if bad.size:
-            raise InputError.at(path, "a finite number was expected", column=f"{name}[{bad[0]}]")
-    return captures, provenance
-
-
-def _read_csv(path: Path) -> tuple[np.ndarray, dict[str, str]]:
-    # Imported here: the reader of run files is not needed for writing.
-    from arcref.run_file import read_run_file
-
-    run = read_run_file(path, CAPTURE_DTYPE.names)
-    captures = np.zeros(len(run.rows), CAPTURE_DTYPE)
-    for name in CAPTURE_DTYPE.names:
-        values = run[name]
-        if CAPTURE_DTYPE[name].kind != "f":
-            limits = np.iinfo(CAPTURE_DTYPE[name])
-            # A float64 tells whole numbers apart up to 2^53, and no count or time is larger.
-            least, most = max(limits.min, -(2**53)), min(limits.max, 2**53)
-            bad = np.flatnonzero((values != np.rint(values)) | (values < least) | (values > most))
-            if bad.size:
-                problem = f"{values[bad[0]]:g} was found, a whole number in {least} .. {most} was expected"
-                raise run.error(problem, reading=bad[0], column=name)
-        captures[name] = values
-    return captures, run.metadata
 
 
 class _DiskFull(InputError):

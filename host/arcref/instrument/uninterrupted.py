@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 @contextlib.contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Ctrl-C meanwhile takes effect at the end, as KeyboardInterrupt. In another thread than the first it never comes."""
+    """Ctrl-C meanwhile takes effect at the end, as KeyboardInterrupt. Only the first thread ever gets it."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -12,9 +12,10 @@ import pytest
 from pseudo_instrument import PseudoInstrument
 
 from arcref import Encoder, InputError
-from arcref.instrument.capture_file import open_capture_file, read_capture_file
+from arcref.instrument.capture_file import open_capture_file
 from arcref.instrument.captures import capture_array
 from arcref.instrument.kept_link import KeptLink
+from arcref.instrument.recorded_captures import read_capture_file
 from arcref.link.capture_record import CaptureRecord
 from arcref.link.link import LinkLost
 
@@ -65,9 +66,9 @@ def test_a_killed_process_loses_nothing_that_was_received(tmp_path, name):
             time.sleep(0.02)
         process.send_signal(signal.SIGKILL)
         process.communicate()
-    captures, provenance = read_capture_file(written)
-    assert captures["position_counts"].tolist() == [record(n).corrected for n in range(300)]
-    assert provenance["rom_crc32"] == "0x00000007"
+    read = read_capture_file(written)
+    assert read.captures["position_counts"].tolist() == [record(n).corrected for n in range(300)]
+    assert read.provenance["rom_crc32"] == "0x00000007"
     if name == "c.h5":
         with pytest.raises(InputError, match=r"cut short; what was received is in .*c\.h5\.csv"):
             read_capture_file(tmp_path / name)
@@ -83,7 +84,7 @@ def test_a_full_disk_is_told_and_what_found_room_is_whole(tmp_path, name):
     assert "Traceback" not in stderr
     (line,) = [line for line in stderr.splitlines() if line.startswith("arcref: ")]
     assert "cannot be written (File too large)" in line
-    captures, _ = read_capture_file(tmp_path / ("c.csv" if name == "c.csv" else "c.h5.csv"))
+    captures = read_capture_file(tmp_path / ("c.csv" if name == "c.csv" else "c.h5.csv")).captures
     assert 50 < len(captures) < 400
     assert captures["position_counts"].tolist() == [record(n).corrected for n in range(len(captures))]
     assert f"{len(captures)} captures stand in it" in line
@@ -99,7 +100,7 @@ def test_an_hdf5_file_that_finds_no_room_leaves_the_captures_in_csv(tmp_path, mo
     with pytest.raises(InputError, match=r"c\.h5: cannot be written: No space .*; the captures are in .*c\.h5\.csv"):
         file.close()
     assert [path.name for path in tmp_path.iterdir()] == ["c.h5.csv"]
-    assert len(read_capture_file(tmp_path / "c.h5.csv")[0]) == 20
+    assert len(read_capture_file(tmp_path / "c.h5.csv").captures) == 20
 
 
 @pytest.mark.parametrize("name", ["c.csv", "c.h5"])
@@ -172,7 +173,7 @@ def test_a_stream_goes_on_after_the_cable_was_pulled_and_the_gap_is_recorded(ben
     process = start_capture(bench.port, tmp_path / "c.csv", "-n", "20")
     stdout, stderr = process.communicate(timeout=60)
     assert process.returncode == 0, stderr
-    captures, _ = read_capture_file(tmp_path / "c.csv")
+    captures = read_capture_file(tmp_path / "c.csv").captures
     assert captures["position_counts"].tolist() == [record(n).corrected for n in [*range(10), *range(100, 110)]]
     assert captures["lost_before"].tolist() == [0] * 10 + [-1] + [0] * 9
     assert "captures lost: 0, and 1 gap of unknown length" in stderr
