@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from arcref.comparison.dynamic_error import DynamicError
+from arcref.plot_style import STYLE
 
 FORMATS = ("svg", "png", "pdf")
 
@@ -15,7 +16,7 @@ def comparison_plot(result: DynamicError, image_format: str = "svg") -> bytes:
     """Three plots below one another: differences as read over the angle, the error of angle with its k=2 band and that
     of each speed alone, and the mean difference of each speed with the line whose slope is the delay.
     """
-    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "arcref", "font.size": 9}):
+    with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(8.5, 9.5), layout="constrained")
         read, angle, delay = figure.subplots(3, 1)
         _plot_read(read, result)
@@ -39,7 +40,6 @@ def _plot_read(axes, result: DynamicError) -> None:
         )
     axes.set(title="As read: encoder under test less reference", xlabel="angle in deg", ylabel="arcsec", xlim=(0, 360))
     axes.legend(loc="upper right", fontsize=7, markerscale=4, ncols=2)
-    axes.grid(alpha=0.3)
 
 
 def _plot_angle(axes, result: DynamicError) -> None:
@@ -54,7 +54,6 @@ def _plot_angle(axes, result: DynamicError) -> None:
     axes.axhline(0, color="black", linewidth=0.6)
     axes.set(title="Error of angle, the delay taken off", xlabel="angle in deg", ylabel="arcsec", xlim=(0, 360))
     axes.legend(fontsize=7, ncols=2)
-    axes.grid(alpha=0.3)
 
 
 def _plot_delay(axes, result: DynamicError) -> None:
@@ -70,4 +69,3 @@ def _plot_delay(axes, result: DynamicError) -> None:
         axes.set_title(f"Delay {1e6 * result.delay_s:.4f} us, k = 2: {2e6 * result.u_delay_s:.4f} us")
     axes.set(xlabel="speed in r/s", ylabel="arcsec")
     axes.legend(loc="upper right", fontsize=7)
-    axes.grid(alpha=0.3)

@@ -1,7 +1,6 @@
 """An instrument on a pseudo-terminal that answers as the golden model of the link does, for tests of the host."""
 
 import os
-import random
 import select
 import threading
 import tty
@@ -102,23 +101,3 @@ class PseudoInstrument:
 
     def _read_window(self, name: str, place: int) -> int:
         return self.windows[name][place]
-
-
-def with_noise(seed: int, per_byte: float):
-    """A channel that changes, drops or doubles bytes at the rate `per_byte`."""
-    rng = random.Random(seed)
-
-    def noisy(data: bytes) -> bytes:
-        out = bytearray()
-        for byte in data:
-            if rng.random() >= per_byte:
-                out.append(byte)
-                continue
-            what = rng.randrange(3)
-            if what == 0:
-                out.append(byte ^ (1 << rng.randrange(8)))
-            elif what == 1:
-                out += bytes([byte, byte])
-        return bytes(out)
-
-    return noisy

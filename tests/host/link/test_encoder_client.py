@@ -5,13 +5,14 @@ import time
 
 import numpy as np
 import pytest
-from pseudo_instrument import PseudoInstrument, with_noise
+from pseudo_instrument import PseudoInstrument
 
 from arcref import Encoder, Flag, InputError, InstrumentError
 from arcref.angle import COUNTS_PER_TURN
 from arcref.link import link
 from arcref.link.capture_record import CaptureRecord
 from arcref.link.link import LinkLost
+from arcref_sim.twin.noisy_wire import noisy_wire
 
 POSITION = 3 * COUNTS_PER_TURN + 1_000_000
 SNAPSHOT = {
@@ -119,7 +120,7 @@ def test_a_pulled_cable_is_told_and_not_waited_for(instrument, encoder):
 
 def test_a_noisy_line_brings_no_wrong_value(monkeypatch):
     monkeypatch.setattr(link, "ANSWER_TIMEOUT_S", 0.03)  # the pseudo-terminal answers at once or never
-    with PseudoInstrument(SNAPSHOT, corrupt=with_noise(3, 1e-3)) as instrument, Encoder(instrument.port) as encoder:
+    with PseudoInstrument(SNAPSHOT, corrupt=noisy_wire(3, 1e-3)) as instrument, Encoder(instrument.port) as encoder:
         for n in range(400):
             encoder.registers.strobe_delay = n
             assert encoder.registers.strobe_delay == n
