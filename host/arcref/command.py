@@ -28,6 +28,7 @@ HOST_VERBS = {
     "monitor": "arcref.instrument.watch_command:monitor",
     "zero-return": "arcref.instrument.zero_return_command:zero_return",
     "registers": "arcref.instrument.registers_command:registers",
+    "trial": "arcref.instrument.trial_command:trial",
     "compare": "arcref.comparison.compare_command:compare",
 }
 """Verbs of the host: name and `module:function`."""

@@ -31,6 +31,8 @@ IDENTITY_CRC_WORDS = (510, 511)
 TEXT_BYTES = 2 * (IDENTITY_CRC_WORDS[0] - TEXT_FIRST_WORD)
 """Bytes of text that the memory holds: 1006."""
 
+_UNKNOWN = "unknown"
+
 # Most bytes of each line's value, in the order of the lines. The method is last and takes what is left, so that
 # a long one costs neither the serial number nor the date.
 _VALUE_BYTES = {"serial": 256, "date": 64, "arcref": 64, "expanded uncertainty": 256, "method": TEXT_BYTES}
@@ -47,6 +49,12 @@ class RomIdentity:
     def values(self) -> dict[str, str]:
         """The text's `key: value` lines."""
         return dict(line.split(": ", 1) for line in self.text.splitlines() if ": " in line)
+
+    @property
+    def serial(self) -> str | None:
+        """Serial number of the encoder, None when it is not known."""
+        serial = self.values.get("serial", _UNKNOWN)
+        return None if serial == _UNKNOWN else serial
 
 
 def identity_words(rom: CorrectionRom) -> np.ndarray:
@@ -104,7 +112,7 @@ def identity_text(provenance: dict) -> str:
     }
     text = ""
     for key, value in values.items():
-        value = "unknown" if value is None else " ".join(str(value).split())
+        value = _UNKNOWN if value is None else " ".join(str(value).split())
         space = TEXT_BYTES - len(f"{text}{key}: \n".encode())
         text += f"{key}: {_cut(value, min(space, _VALUE_BYTES[key]))}\n"
     return text

@@ -19,6 +19,9 @@ RESOLUTION_IS_NOT_ACCURACY = (
     "how true the angle is, only the calibration's uncertainty says."
 )
 
+_PLACE_WORDS = {False: ("face", "faces"), True: ("place", "places")}
+"""What an angle of the curve is called, by whether it is of an arc: a theodolite's arc has no faces."""
+
 
 def rom_report(
     calibration: Path,
@@ -52,7 +55,8 @@ def rom_report(
 
 def _lines(fit: FittedCurve, figures: dict, image: CorrectionRom, files: dict, taken_off: TakenOff | None):
     f = figures
-    yield "faces", f"{f['faces']}, {f['face_spacing_deg']:g} deg apart"
+    _, places = _PLACE_WORDS["arc_deg" in f]
+    yield places, f"{f['faces']}, {f['face_spacing_deg']:g} deg apart"
     if fit.curve.closure_row:
         yield "closure row", f"{f['closure_difference_arcsec']:+.2f} arcsec from the first row"
     if "arc_deg" in f:
@@ -72,7 +76,7 @@ def _lines(fit: FittedCurve, figures: dict, image: CorrectionRom, files: dict, t
         yield "ridge", f"{f['ridge']:g}" if f["ridge"] else "0, exact interpolation"
     if fit.name == "gaussian-process":
         yield "kernel", f"one half at {f['half_distance_deg']:.3g} deg, {f['signal_arcsec']:.3g} arcsec"
-    yield "residual at the faces", f"{f['residual_at_faces_max_arcsec']:.2g} arcsec at most"
+    yield f"residual at the {places}", f"{f['residual_at_faces_max_arcsec']:.2g} arcsec at most"
     yield (
         "leave-one-out rms",
         (f"{f['leave_one_out_rms_arcsec']:.3f} arcsec (no correction: {f['error_rms_arcsec']:.3f} arcsec)"),
@@ -103,11 +107,12 @@ def _lines(fit: FittedCurve, figures: dict, image: CorrectionRom, files: dict, t
 
 def _notes(curve: ErrorCurve, figures: dict):
     f = figures
+    place, places = _PLACE_WORDS["arc_deg" in f]
     if f["leave_one_out_rms_arcsec"] > f["error_rms_arcsec"]:
         what = "another spread" if f["fit"] == "rbf" else "another fit"
-        yield f"Caution: left out, a face is foretold worse by this fit than by no correction. Choose {what}."
+        yield f"Caution: left out, a {place} is foretold worse by this fit than by no correction. Choose {what}."
     if f["fit"] == "rbf" and f["spread_deg"] < USABLE_SPREADS[0] * f["face_spacing_deg"] * (1 - 1e-9):
-        yield "Caution: with so small a spread the correction falls back to zero between the faces."
+        yield f"Caution: with so small a spread the correction falls back to zero between the {places}."
     if "arc_deg" in f:
         start, end = (f"{f[key]:.4f} deg" for key in ("corrected_from_deg", "corrected_to_deg"))
         yield (

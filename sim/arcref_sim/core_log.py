@@ -1,5 +1,6 @@
 """What the Verilated core showed: the same lists of changes as the golden model's, and their comparison."""
 
+import ctypes
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +9,12 @@ from arcref_gateware.golden.core import CAPTURE, POSITION_CHANGE, STATUS_CHANGE,
 
 SPI_FRAME = np.dtype([("clock", "i8"), ("bits", "i8"), ("data", "u1", 8)])
 """One SPI frame: the first clock that saw chip select low, the bits clocked, and the bytes read."""
+
+
+class NativeLog(ctypes.Structure):
+    """Where the native code puts records: room for `capacity` of them, `used` so far."""
+
+    _fields_ = [("records", ctypes.c_void_p), ("capacity", ctypes.c_int64), ("used", ctypes.c_int64)]
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from arcref.calibration.plot_style import BEFORE_COLOUR, INK, QUIET, RIVAL_COLOURS, STYLE, WIDTH_IN, svg
+from arcref.plot_style import BEFORE_COLOUR, INK, QUIET, RIVAL_COLOURS, STYLE, WIDTH_IN, svg
 from arcref_sim.corrected_angle import CorrectedAngle
 
 AFTER_COLOURS = tuple(colour for colour in RIVAL_COLOURS if colour != BEFORE_COLOUR)

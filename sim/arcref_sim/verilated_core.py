@@ -10,7 +10,7 @@ from arcref_gateware.golden.core import CAPTURE, POSITION_CHANGE, STATUS_CHANGE
 from arcref_gateware.golden.signal_changes import SignalChanges
 from arcref_gateware.reference_encoder import ReferenceEncoder
 from arcref_gateware.verilog_export import describe_core, export_verilog
-from arcref_sim.core_log import SPI_FRAME, CoreLog
+from arcref_sim.core_log import SPI_FRAME, CoreLog, NativeLog
 from arcref_sim.simulation_top import output_ports
 from arcref_sim.spi_plan import SpiPlan
 from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER, build_core
@@ -22,19 +22,15 @@ _SPARE_RECORDS = 4096
 """Records a log may hold beyond one for each input change."""
 
 
-class _Log(ctypes.Structure):
-    _fields_ = [("records", ctypes.c_void_p), ("capacity", ctypes.c_int64), ("used", ctypes.c_int64)]
-
-
 class _Run(ctypes.Structure):
     _fields_ = [
         ("change_time", ctypes.c_void_p),
         ("change_state", ctypes.c_void_p),
         ("words", ctypes.c_int64),
-        ("positions", _Log),
-        ("status", _Log),
-        ("captures", _Log),
-        ("frames", _Log),
+        ("positions", NativeLog),
+        ("status", NativeLog),
+        ("captures", NativeLog),
+        ("frames", NativeLog),
     ]
 
 
@@ -139,7 +135,7 @@ class VerilatedCore:
         }
         run = _Run(time.ctypes.data, state.ctypes.data, words)
         for name, records in logs.items():
-            setattr(run, name, _Log(records.ctypes.data, len(records), 0))
+            setattr(run, name, NativeLog(records.ctypes.data, len(records), 0))
         self._library.arcref_run(self._core, ctypes.byref(run))
         for name, records in logs.items():
             used = getattr(run, name).used

@@ -189,11 +189,10 @@ def _print(result: CalibrationResult, as_left: CalibrationResult | None, written
         table.add_row(*row)
     console.print(Text(f"Calibration ({result.kind}) from {result.run.path}", "bold"), soft_wrap=True)
     console.print(table)
-    _print_comparison(console, as_left or result)
-    for title, each in (("as found: ", result), ("as left: ", as_left)):
-        if each is None:
-            continue
-        prefix = title if as_left else ""
+    runs = {"as found: ": result, "as left: ": as_left} if as_left else {"": result}
+    for prefix, each in runs.items():
+        _print_comparison(console, each, prefix)
+    for prefix, each in runs.items():
         for warning in each.warnings:
             console.print(Text(f"Caution: {prefix}{warning}", "yellow"), soft_wrap=True)
         for missing in each.budget.missing:
@@ -208,11 +207,11 @@ def _print(result: CalibrationResult, as_left: CalibrationResult | None, written
     )
 
 
-def _print_comparison(console: Console, result: CalibrationResult) -> None:
-    """The table of the fits side by side, when they were compared."""
+def _print_comparison(console: Console, result: CalibrationResult, prefix: str) -> None:
+    """The table of the fits side by side, when they were compared; `prefix` says of which run."""
     for section in result.sections:
         if section.title == COMPARISON_TITLE:
-            table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), title=f"{section.title} / arcsec")
+            table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), title=f"{prefix}{section.title} / arcsec")
             table.add_column(section.columns[0], min_width=FIT_COLUMN_WIDTH)
             for column in section.columns[1:]:
                 # As wide as the longest word of its heading, which folds: the table fits 80 characters.

@@ -4,7 +4,7 @@ import numpy as np
 
 from arcref.calibration.closure_design import SettingsDesign
 from arcref.calibration.closure_run import ClosureRun
-from arcref.calibration.plot_style import AFTER_COLOUR, BEFORE_COLOUR, QUIET, READING_COLOUR, STYLE, WIDTH_IN, svg
+from arcref.plot_style import AFTER_COLOUR, BEFORE_COLOUR, QUIET, READING_COLOUR, STYLE, WIDTH_IN, svg
 
 
 def faces_plot(run: ClosureRun, deviation_arcsec: np.ndarray, u_arcsec: np.ndarray | None) -> str:

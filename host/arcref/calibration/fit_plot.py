@@ -4,8 +4,8 @@ import numpy as np
 
 from arcref.calibration.fit_comparison import FitComparison
 from arcref.calibration.fits.curve_fit import FittedCurve
-from arcref.calibration.plot_style import QUIET, READING_COLOUR, RIVAL_COLOURS, STYLE, WIDTH_IN, svg
 from arcref.calibration.uncertainty_budget import COVERAGE_FACTOR
+from arcref.plot_style import QUIET, READING_COLOUR, RIVAL_COLOURS, STYLE, WIDTH_IN, svg
 
 
 def fit_plot(fit: FittedCurve) -> str:

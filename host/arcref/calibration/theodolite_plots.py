@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from arcref.calibration.plot_style import AFTER_COLOUR, BEFORE_COLOUR, QUIET, READING_COLOUR, STYLE, WIDTH_IN, svg
+from arcref.plot_style import AFTER_COLOUR, BEFORE_COLOUR, QUIET, READING_COLOUR, STYLE, WIDTH_IN, svg
 
 
 def tilt_effect_plot(angle_deg, uncorrected_arcsec, error_arcsec, u_arcsec) -> str:

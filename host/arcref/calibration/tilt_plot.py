@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from arcref.calibration.plot_style import AFTER_COLOUR, BEFORE_COLOUR, INK, QUIET, READING_COLOUR, STYLE, WIDTH_IN, svg
 from arcref.calibration.polygon_reduction import PolygonReduction
 from arcref.calibration.tilt_adjustment import AdjustingScrews, screw_turns
+from arcref.plot_style import AFTER_COLOUR, BEFORE_COLOUR, INK, QUIET, READING_COLOUR, STYLE, WIDTH_IN, svg
 
 
 def tilt_plot(reduction: PolygonReduction, screws: AdjustingScrews | None = None) -> str:

@@ -14,6 +14,7 @@ from arcref.comparison.comparison_plot import FORMATS, comparison_plot
 from arcref.comparison.dynamic_error import DEFAULT_HIGHEST_ORDER, DynamicError, dynamic_error
 from arcref.comparison.paired_readings import join_pairs, read_pairs
 from arcref.input_error import InputError
+from arcref.output_files import check_outputs
 
 FILE = click.Path(path_type=Path)
 
@@ -43,10 +44,7 @@ def compare(files, orders, plot, json_path, csv_path):
         )
     if plot and plot.suffix.lower().lstrip(".") not in FORMATS:
         raise InputError(f"{plot}: the name of a plot must end in .{', .'.join(FORMATS)}")
-    outputs = [path.resolve() for path in (plot, json_path, csv_path) if path]
-    for path in outputs:
-        if outputs.count(path) > 1 or path in {file.resolve() for file in files}:
-            raise InputError(f"{path}: this name is given to two files of this run")
+    check_outputs([plot, json_path, csv_path], files)
     pairs = join_pairs([read_pairs(*files[i : i + 2]) for i in range(0, len(files), 2)])
     result = dynamic_error(pairs, orders)
     written = {}
@@ -62,7 +60,7 @@ def compare(files, orders, plot, json_path, csv_path):
 
 def comparison_figures(result: DynamicError) -> dict:
     """The figures of a comparison by name; standard uncertainties unless the name says expanded."""
-    angle = np.arange(0.0, 360.0, 0.25)
+    angle, degrees = np.arange(0.0, 360.0, 0.25), np.arange(0.0, 360.0)
     error = result.angle_error_arcsec(angle)
     return {
         "strobes": len(result.pairs),
@@ -80,9 +78,14 @@ def comparison_figures(result: DynamicError) -> dict:
                 "mean_arcsec": group.mean_arcsec,
                 "rms_arcsec": group.rms_arcsec,
                 "residual_rms_arcsec": group.residual_rms_arcsec,
+                "apart_from_common_arcsec": group.apart_arcsec,
+                "angle_error_arcsec": _rounded(result.angle_error_at_speed_arcsec(group, degrees)),
             }
             for group in result.groups
         ],
+        "angle_deg": degrees.tolist(),
+        "angle_error_arcsec": _rounded(result.angle_error_arcsec(degrees)),
+        "cautions": list(result.cautions),
         "harmonics": [
             {
                 "order": int(order),
@@ -95,17 +98,31 @@ def comparison_figures(result: DynamicError) -> dict:
     }
 
 
+def _rounded(values: np.ndarray | None) -> list[float] | None:
+    return None if values is None else [round(float(value), 4) for value in values]
+
+
 def _csv(result: DynamicError) -> str:
-    angle = np.arange(0.0, 360.0, 1.0)
-    rows = zip(angle, result.angle_error_arcsec(angle), result.u_angle_error_arcsec(angle), strict=True)
-    return "position_deg,error_arcsec,u_arcsec\n" + "".join(f"{a:g},{e:.4f},{u:.4f}\n" for a, e, u in rows)
+    """The error of angle by all strobes, with its standard uncertainty, and by those of each speed alone."""
+    angle = np.arange(0.0, 360.0)
+    columns = {
+        "error_arcsec": result.angle_error_arcsec(angle),
+        "u_arcsec": result.u_angle_error_arcsec(angle),
+    } | {
+        f"error_at_{group.speed_rps:+.5g}_rps_arcsec": result.angle_error_at_speed_arcsec(group, angle)
+        for group in result.groups
+        if group.cosine_arcsec is not None
+    }
+    rows = zip(angle, *columns.values(), strict=True)
+    lines = [f"{row[0]:g}," + ",".join(f"{value:.4f}" for value in row[1:]) for row in rows]
+    return "\n".join([",".join(["position_deg", *columns]), *lines]) + "\n"
 
 
 def _print(result: DynamicError, written: list[Path]) -> None:
     figures = comparison_figures(result)
     console = Console(highlight=False)
     table = Table(box=None, pad_edge=False)
-    for head in ("speed r/s", "strobes", "mean arcsec", "rms about it", "rms left"):
+    for head in ("speed r/s", "strobes", "mean arcsec", "rms about it", "rms left", "apart"):
         table.add_column(head, justify="right")
     for group in result.groups:
         table.add_row(
@@ -114,6 +131,7 @@ def _print(result: DynamicError, written: list[Path]) -> None:
             f"{group.mean_arcsec:+.3f}",
             f"{group.rms_arcsec:.3f}",
             f"{group.residual_rms_arcsec:.3f}",
+            "-" if group.apart_arcsec is None else f"{group.apart_arcsec:.3f}",
         )
     console.print(table)
     if result.delay_s is None:
@@ -126,7 +144,16 @@ def _print(result: DynamicError, written: list[Path]) -> None:
     expanded = 2 * figures["u_angle_error_arcsec"]
     sizes = f"{rms:.3f} arcsec rms, {peak_to_peak:.3f} peak to peak"
     console.print(f"error of angle        {sizes}, U = {expanded:.3f} (k=2)")
+    if any(group.apart_arcsec is not None for group in result.groups):
+        console.print(
+            "Apart: how far, rms over the turn, the error of angle at one speed is from that of all speeds together.",
+            soft_wrap=True,
+        )
+    if result.delay_s is not None:
+        console.print("The delay is that beside the reference, whose own the strobe delay takes off.", soft_wrap=True)
     if result.pairs.reference_expanded_arcsec is None:
         console.print("The reference's own uncertainty is not stated, so it is not in these figures.")
+    for caution in result.cautions:
+        console.print(f"Caution: {caution}.", soft_wrap=True, markup=False)
     for path in written:
         console.print(f"written               {path}", soft_wrap=True)

@@ -26,9 +26,13 @@ SPEED_GROUP = 0.03
 """Speeds within this part of each other are shown as one."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SpeedGroup:
-    """What was seen at one speed: differences before and after the delay was taken off."""
+    """What was seen at one speed: differences before and after the delay was taken off.
+
+    `cosine_arcsec` and `sine_arcsec`: the error of angle by the strobes of this speed alone, None where they do not
+    cover the turn; `apart_arcsec`: rms over the turn of that less the error by all strobes.
+    """
 
     speed_rps: float
     strobes: int
@@ -36,6 +40,9 @@ class SpeedGroup:
     rms_arcsec: float
     residual_rms_arcsec: float
     indices: np.ndarray
+    cosine_arcsec: np.ndarray | None = None
+    sine_arcsec: np.ndarray | None = None
+    apart_arcsec: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +68,24 @@ class DynamicError:
     def angle_error_arcsec(self, angle_deg) -> np.ndarray:
         """E at `angle_deg`, about its mean over the turn."""
         return self._basis(angle_deg) @ np.concatenate([self.cosine_arcsec, self.sine_arcsec])
+
+    def angle_error_at_speed_arcsec(self, group: SpeedGroup, angle_deg) -> np.ndarray | None:
+        """E at `angle_deg` by the strobes of one speed alone, None where they do not cover the turn."""
+        if group.cosine_arcsec is None:
+            return None
+        return self._basis(angle_deg) @ np.concatenate([group.cosine_arcsec, group.sine_arcsec])
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """Sentences about what may make the figures wrong."""
+        period_s = self.pairs.strobe_spacing_s
+        if self.delay_s is None or abs(self.delay_s) < 0.5 * period_s:
+            return self.pairs.cautions
+        return (
+            *self.pairs.cautions,
+            f"the delay is {self.delay_s / period_s:.2f} strobe periods: are the readings beside the right strobes? "
+            "One that is missing at the start looks like a delay of one period",
+        )
 
     def u_angle_error_arcsec(self, angle_deg) -> np.ndarray:
         """Standard uncertainty of E from the scatter of the readings, and from the reference where it is stated."""
@@ -112,24 +137,34 @@ def dynamic_error(pairs: PairedReadings, highest_order: int = DEFAULT_HIGHEST_OR
         float(np.sqrt(covariance[-1, -1]) / ARCSEC_PER_TURN) if has_delay else None,
         covariance,
         noise,
-        tuple(_groups(pairs, residual)),
+        tuple(_groups(pairs, residual, design[:, : 2 * len(orders)], solution[: 2 * len(orders)])),
     )
 
 
-def _groups(pairs: PairedReadings, residual: np.ndarray):
+def _groups(pairs: PairedReadings, residual: np.ndarray, series: np.ndarray, common: np.ndarray):
+    """Each speed's own figures. `series`: the columns of E in the design, `common`: its coefficients by all strobes."""
     order = np.argsort(pairs.speed_rps, kind="stable")
     speed = pairs.speed_rps[order]
     fastest = np.abs(speed).max()
     breaks = np.flatnonzero(np.diff(speed) > np.maximum(SPEED_GROUP * np.abs(speed[:-1]), 1e-4 * fastest)) + 1
+    highest_order = len(common) // 2
     for indices in np.split(order, breaks):
-        difference = pairs.difference_arcsec[indices]
+        difference, left = pairs.difference_arcsec[indices], residual[indices]
+        own: tuple = (None, None, None)
+        covers = _largest_gap_deg(pairs.angle_deg[indices]) <= 180.0 / highest_order
+        if covers and len(indices) >= 2 * (len(common) + 1):
+            design = np.column_stack([series[indices], np.ones(len(indices))])
+            apart = np.linalg.lstsq(design, left, rcond=None)[0][:-1]
+            coefficients = common + apart
+            own = coefficients[:highest_order], coefficients[highest_order:], float(np.sqrt(apart @ apart / 2))
         yield SpeedGroup(
             float(np.mean(pairs.speed_rps[indices])),
             len(indices),
             float(np.mean(difference)),
             float(np.std(difference)),
-            float(np.sqrt(np.mean(residual[indices] ** 2))),
+            float(np.sqrt(np.mean(left**2))),
             indices,
+            *own,
         )
 
 

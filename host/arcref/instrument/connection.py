@@ -2,11 +2,32 @@
 
 from collections.abc import Callable
 from functools import wraps
+from pathlib import Path
 
 import click
 
 from arcref.instrument.encoder import Encoder
 from arcref.link.port_finder import DEFAULT_BAUD, PORT_VARIABLE
+
+FASTEST_BAUD = 2**31 - 1
+"""What the system's call for the speed of a port can take."""
+
+JSON_FILE = click.Path(path_type=Path)
+"""A file for the figures of a verb."""
+
+
+class Seconds(click.FloatRange):
+    """A time in seconds, finite and 0 or more."""
+
+    def convert(self, value, param, ctx):
+        """The number. click lets "nan" through, which lies in no range."""
+        number = super().convert(value, param, ctx)
+        if number != number:
+            self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
+        return number
+
+
+SECONDS = Seconds(0, 1e9)
 
 
 def with_encoder(verb: Callable) -> Callable:
@@ -15,7 +36,9 @@ def with_encoder(verb: Callable) -> Callable:
     @click.option(
         "--port", metavar="P", help=f"Serial port.  [default: {PORT_VARIABLE}, or the only instrument plugged in]"
     )
-    @click.option("--baud", type=click.IntRange(min=1), default=DEFAULT_BAUD, show_default=True, help="Its speed.")
+    @click.option(
+        "--baud", type=click.IntRange(1, FASTEST_BAUD), default=DEFAULT_BAUD, show_default=True, help="Its speed."
+    )
     @wraps(verb)
     def opened(port, baud, **options):
         with Encoder(port, baud=baud) as encoder:

@@ -19,21 +19,23 @@ from arcref.flags import FAULT_FLAGS, Flag
 from arcref.input_error import InputError
 from arcref.instrument.captures import UNKNOWN_LOSS, capture_array, lost_together
 from arcref.instrument.identity import Identity, read_identity
+from arcref.instrument.kept_link import KeptLink
 from arcref.instrument.register_access import RegisterAccess
-from arcref.instrument.trial import load_trial
+from arcref.instrument.stream_state import StreamState
+from arcref.instrument.trial import check_encoder, load_trial
 from arcref.instrument_error import InstrumentError
 from arcref.link.capture_record import CaptureRecord, Gap, Overrun
-from arcref.link.link import LinkLost
-from arcref.link.port_finder import DEFAULT_BAUD, open_link
+from arcref.link.link import Link, LinkLost
+from arcref.link.port_finder import DEFAULT_BAUD
 from arcref.link.registers import REGISTERS
 
 _SNAPSHOT_REGISTERS = [REGISTERS[name] for name in REGISTERS if name.startswith("snapshot_")]
 _SNAPSHOT_WORDS = sum(register.words for register in _SNAPSHOT_REGISTERS)
 
-_LOST_PORT = object()
+RECONNECT_S = 30.0
+"""How long a stream waits for a cable that was pulled, unless told otherwise."""
 
-RETRY_S = 0.2
-"""Pause between two attempts to open a port that went away."""
+_LOST_PORT = object()
 
 
 @dataclass(frozen=True)
@@ -64,17 +66,16 @@ class Snapshot:
 class Encoder:
     """One instrument on a serial port.
 
-    `port`: its name; None takes the one that `ARCREF_PORT` names, or the only one plugged in. `reconnect_s`: how long
-    `stream` waits for a port that went away to come back. Raises `InputError` when the port cannot be used,
-    `InstrumentError` when the instrument does not answer as it should.
+    `port`: its name; None takes the one that `ARCREF_PORT` names, or the only one plugged in. When the port went away,
+    each request tries once whether it is back, and a stream waits for it, `reconnect_s` seconds at the most. Raises
+    `InputError` when the port cannot be used, `InstrumentError` when the instrument does not answer as it should.
     """
 
-    def __init__(self, port: str | None = None, *, baud: int = DEFAULT_BAUD, reconnect_s: float = 0.0):
-        self._baud = baud
+    def __init__(self, port: str | None = None, *, baud: int = DEFAULT_BAUD, reconnect_s: float = RECONNECT_S):
         self.reconnect_s = reconnect_s
         self._records: queue.SimpleQueue = queue.SimpleQueue()
-        self._open(port)
-        self.port = self._link.name
+        self._streaming = False
+        self._kept = KeptLink(port, baud, self._take_record)
         self._identity: Identity | None = None
 
     def __enter__(self) -> "Encoder":
@@ -85,12 +86,22 @@ class Encoder:
 
     def close(self) -> None:
         """Close the port."""
-        self._link.close()
+        self._kept.close()
+
+    @property
+    def port(self) -> str:
+        """Name of the serial port."""
+        return self._kept.name
+
+    @property
+    def interruptions(self) -> int:
+        """Times that the port went away and was opened again."""
+        return self._kept.interruptions
 
     @property
     def registers(self) -> RegisterAccess:
         """Every register as an attribute."""
-        return self._registers
+        return self._kept.registers
 
     @property
     def identity(self) -> Identity:
@@ -101,6 +112,7 @@ class Encoder:
 
     def snapshot(self) -> Snapshot:
         """Position, raw position, time and flags of one instant."""
+        sample_rate_hz = self.identity.sample_rate_hz
         first = _SNAPSHOT_REGISTERS[0].address
         words = self._link.read_words(first, _SNAPSHOT_WORDS, "read of the position")
         values = {
@@ -111,7 +123,7 @@ class Encoder:
         return Snapshot(
             values["snapshot_position"],
             values["snapshot_raw"],
-            values["snapshot_time"] / self.identity.sample_rate_hz,
+            values["snapshot_time"] / sample_rate_hz,
             Flag(flags),
             bool(homed),
         )
@@ -143,15 +155,20 @@ class Encoder:
         """Captures as they come: pairs of how many were lost just before, and the record.
 
         -1 lost: nobody knows how many. Ends only by `close`, by leaving the loop, or by an error: `InstrumentError`
-        when `timeout_s` pass without a capture, `LinkLost` when the port went away and did not come back in time.
+        when `timeout_s` pass without a capture, `LinkLost` when the port went away and did not come back in time, or
+        came back with an instrument that had been switched off and so lost its zero and settings.
         """
+        before = StreamState.of(self) if self.reconnect_s else None
         self.start_captures()
         lost = total = 0  # lost before the next record; since the FIFO was emptied
         try:
             while True:
                 record = self._next_record(timeout_s)
                 if record is _LOST_PORT:
-                    self._reconnect()
+                    self._kept.reopen(self.reconnect_s)
+                    if before:
+                        before.check(StreamState.of(self), self.port)
+                    self.start_captures()
                     lost, total = UNKNOWN_LOSS, 0
                 elif isinstance(record, Overrun):
                     lost, total = lost_together(lost, (record.total - total) % 2**32), record.total
@@ -181,13 +198,19 @@ class Encoder:
             stream.close()
         return capture_array(records, self.identity.sample_rate_hz)
 
-    def load_trial(self, rom: CorrectionRom, progress=lambda part: None) -> None:
+    def load_trial(self, rom: CorrectionRom, progress=lambda part: None, *, any_encoder: bool = False) -> None:
         """Load `rom` into the running instrument. It is in force from the next index until power-off.
 
-        Raises `InstrumentError` when the instrument finds that its CRC does not hold.
+        Raises `InputError` when `rom` is of another encoder than the ROM in the instrument, unless `any_encoder`;
+        `InstrumentError` when the instrument finds that its CRC does not hold.
         """
+        if not any_encoder:
+            check_encoder(rom, self.identity)
         self._identity = None
-        load_trial(self.registers, rom, progress)
+        try:
+            load_trial(self.registers, rom, progress)
+        finally:
+            self._kept.recognise()
 
     def zero_return(self, **options):
         """The zero-return test, with the shaft turned by hand or motor, or by the on-board generator.
@@ -206,49 +229,40 @@ class Encoder:
 
     def start_captures(self) -> None:
         """Empty what was left over, and let the instrument stream."""
+        self._streaming = False
         self.registers.capture_enable = 0
         self.registers.capture_clear = 1
         while self.captures_waiting:
             self._records.get()
+        self._streaming = True
         self.registers.capture_enable = 1
 
     def _stop_captures(self) -> None:
-        with contextlib.suppress(InstrumentError):  # the port is gone: there is nothing to stop
-            self.registers.capture_enable = 0
+        self._streaming = False
+        if not self._kept.lost:
+            with contextlib.suppress(InstrumentError):  # the port is gone: there is nothing to stop
+                self.registers.capture_enable = 0
+
+    def _take_record(self, record) -> None:
+        # A client that was killed may have left the instrument streaming; that must not fill the memory.
+        if self._streaming:
+            self._records.put(record)
 
     def _next_record(self, timeout_s: float | None):
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         while True:
             left = 0.2 if deadline is None else min(0.2, max(0.0, deadline - time.monotonic()))
+            lost = self._kept.lost  # looked at first: what came before the port went away stands in the queue then
             try:
-                return self._records.get(timeout=left)
+                return self._records.get(timeout=0.0 if lost else left)
             except queue.Empty:
-                if self._link.lost:
+                if lost:
                     return _LOST_PORT
                 if deadline is not None and time.monotonic() >= deadline:
                     raise InstrumentError(
                         f"no capture came from {self.port} in {timeout_s:g} s; is there a strobe?"
                     ) from None
 
-    def _open(self, port: str | None) -> None:
-        self._link = open_link(port, baud=self._baud, on_record=self._records.put)
-        self._registers = RegisterAccess(self._link)
-
-    def _reconnect(self) -> None:
-        """Open the port again when it comes back. Raises `LinkLost` when it does not, or is another instrument."""
-        before = self.identity
-        self._link.close()
-        deadline = time.monotonic() + self.reconnect_s
-        while True:
-            if time.monotonic() > deadline:
-                raise LinkLost(f"{self.port} went away" + (" and did not come back" if self.reconnect_s else ""))
-            time.sleep(RETRY_S)
-            try:
-                self._open(self.port)
-                break
-            except (InputError, InstrumentError):
-                continue
-        now = read_identity(self.registers)
-        if (now.rom_crc32, now.gateware) != (before.rom_crc32, before.gateware):
-            raise LinkLost(f"another instrument, or another ROM, is at {self.port} now")
-        self.start_captures()
+    @property
+    def _link(self) -> Link:
+        return self._kept.link

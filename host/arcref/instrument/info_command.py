@@ -10,10 +10,8 @@ from rich.text import Text
 
 from arcref.atomic_file import write_text
 from arcref.flags import describe_faults
-from arcref.instrument.connection import with_encoder
+from arcref.instrument.connection import JSON_FILE, with_encoder
 from arcref.instrument.identity import Identity
-
-JSON_FILE = click.Path(dir_okay=False)
 
 
 @click.command()

@@ -5,8 +5,9 @@ import json
 import click
 
 from arcref.angle import COUNTS_PER_TURN, format_dms
+from arcref.atomic_file import write_text
 from arcref.flags import Flag, describe_faults
-from arcref.instrument.connection import with_encoder
+from arcref.instrument.connection import JSON_FILE, with_encoder
 from arcref.instrument.encoder import Snapshot
 
 ANGLE_FORMATS = ("dms", "deg", "counts")
@@ -40,13 +41,18 @@ def snapshot_json(snapshot: Snapshot) -> dict:
 @click.option(
     "--format", "form", type=click.Choice(ANGLE_FORMATS), default="dms", show_default=True, help="Of the angle."
 )
-@click.option("--json", "as_json", is_flag=True, help="Print JSON, with raw position, time and flags.")
-def read(encoder, form, as_json):
+@click.option(
+    "--json",
+    "json_path",
+    type=JSON_FILE,
+    metavar="FILE",
+    help="Write it as JSON, too, with raw position, time and flags.",
+)
+def read(encoder, form, json_path):
     """Read the angle once."""
     snapshot = encoder.snapshot()
-    if as_json:
-        click.echo(json.dumps(snapshot_json(snapshot), indent=2))
-        return
+    if json_path:
+        write_text(json_path, json.dumps(snapshot_json(snapshot), indent=2) + "\n")
     click.echo(format_angle(snapshot, form))
     if not snapshot.homed:
         click.echo("not homed: turn past the zero mark once; until then the angle counts from power-up", err=True)

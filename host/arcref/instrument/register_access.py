@@ -79,6 +79,8 @@ def find_register(name: str) -> Register:
     register = REGISTERS.get(name)
     if isinstance(register, Register):
         return register
+    if register is not None:
+        raise InputError(f"{name} is a memory of {register.words} words, a register was expected")
     near = REGISTERS.suggestion(name)
     hint = f"; did you mean {near}?" if near else "; `arcref registers` lists them"
     raise InputError(f"there is no register {name!r}{hint}")

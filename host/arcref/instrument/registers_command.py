@@ -7,8 +7,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from arcref.atomic_file import write_text
 from arcref.input_error import InputError
-from arcref.instrument.connection import with_encoder
+from arcref.instrument.connection import JSON_FILE, with_encoder
 from arcref.instrument.register_access import find_register
 from arcref.link.register import Access, Register
 from arcref.link.registers import REGISTERS
@@ -17,11 +18,12 @@ from arcref.link.registers import REGISTERS
 @click.command()
 @with_encoder
 @click.argument("names", nargs=-1, metavar="[NAME | NAME=VALUE]...")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def registers(encoder, names, as_json):
+@click.option("--json", "json_path", type=JSON_FILE, metavar="FILE", help="Write names and values as JSON, too.")
+def registers(encoder, names, json_path):
     """Read registers, all unless named, or write them with NAME=VALUE.
 
     Values are whole numbers, 0x... for hexadecimal. All names and values are looked at before the first is written.
+    Those that are named are shown with their meaning.
     """
     requests = [_request(text) for text in names]
     values = {}
@@ -32,10 +34,13 @@ def registers(encoder, names, as_json):
             encoder.registers.write(register.name, value)
             if register.access is Access.WRITE:
                 values[register.name] = encoder.registers.read(register.name)
-    if as_json:
-        click.echo(json.dumps(values, indent=2))
-        return
-    Console(highlight=False).print(_table(values))
+    if json_path:
+        write_text(json_path, json.dumps(values, indent=2) + "\n")
+    console = Console(highlight=False)
+    console.print(_table(values))
+    if names:
+        for register, _ in requests:
+            console.print(f"{register.name}: {register.meaning}", markup=False, soft_wrap=True)
 
 
 def _readable() -> list[Register]:
@@ -65,13 +70,12 @@ def _request(text: str) -> tuple[Register, int | None]:
 
 def _table(values: dict[str, int]) -> Table:
     table = Table(box=None, pad_edge=False)
-    for head in ("address", "register", "value", "unit", "meaning"):
-        table.add_column(head, justify="right" if head == "value" else "left", no_wrap=head != "meaning")
+    for head in ("address", "register", "value", "unit or fields"):
+        table.add_column(head, justify="right" if head == "value" else "left", no_wrap=head != "unit or fields")
     for name, value in values.items():
         register = REGISTERS[name]
         fields = ", ".join(f"{field.name} {_field_text(field, value)}" for field in register.fields)
-        meaning = register.meaning + (f" ({fields})" if fields else "")
-        table.add_row(f"{register.address:#06x}", name, str(value), register.unit, Text(meaning))
+        table.add_row(f"{register.address:#06x}", name, str(value), Text(register.unit or fields))
     return table
 
 

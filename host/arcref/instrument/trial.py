@@ -5,16 +5,28 @@ import time
 import numpy as np
 
 from arcref.correction_rom import CorrectionRom
+from arcref.input_error import InputError
+from arcref.instrument.identity import Identity
 from arcref.instrument.register_access import RegisterAccess
 from arcref.instrument_error import InstrumentError
 from arcref.link.packet import MOST_WORDS
 from arcref.link.registers import REGISTERS, ROM_STATES
-from arcref.rom_identity import identity_words
+from arcref.rom_identity import decode_identity, identity_words
 
 BEGIN, FINISH = 1, 2
 
 CHECK_TIMEOUT_S = 1.0
 """The instrument reads its tables through in well under a millisecond."""
+
+
+def check_encoder(rom: CorrectionRom, identity: Identity) -> None:
+    """Raises `InputError` when both ROMs say whose they are, and `rom` is of another encoder than the instrument's."""
+    mine = identity.rom.serial if identity.rom else None
+    its = decode_identity(identity_words(rom)).serial
+    if mine and its and mine != its:
+        raise InputError(
+            f"the ROM image belongs to another encoder: it was made for {its}, the instrument carries that of {mine}"
+        )
 
 
 def load_trial(registers: RegisterAccess, rom: CorrectionRom, progress=lambda part: None) -> None:

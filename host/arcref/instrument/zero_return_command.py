@@ -81,7 +81,9 @@ def zero_return(encoder, rom_path, json_path, page, **options):
 def _run_with_bar(encoder: Encoder, **options) -> ZeroReturnResult:
     """Run it with a bar on stderr that says where it is; what the user must do is printed above."""
     console = Console(stderr=True, highlight=False)
-    with Progress(TextColumn("{task.description}"), BarColumn(), console=console, transient=True) as bar:
+    with Progress(
+        TextColumn("{task.description}"), BarColumn(), console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
         task = bar.add_task("looking", total=1.0)
 
         def show(state: ZeroReturnProgress) -> None:

@@ -106,6 +106,10 @@ class Link:
         payload = address.to_bytes(2, "little") + b"".join(word.to_bytes(2, "little") for word in words)
         self._ask(Packet(Kind.WRITE, next(self._numbers), payload), Kind.WRITE_ANSWER, what)
 
+    def release(self) -> None:
+        """Give the name of a port that is gone back to the system. The link stays `lost`."""
+        self._port.close()
+
     def close(self) -> None:
         """Close the port and end the reading thread."""
         self._closing = True

@@ -31,29 +31,30 @@ BOARD_ADAPTERS = {
 def open_link(port: str | None = None, *, baud: int = DEFAULT_BAUD, on_record=None) -> Link:
     """Open the instrument at `port`; without one, at the port that `ARCREF_PORT` names, or the only one that fits.
 
-    Raises `InputError` for a port that is missing, busy, without rights or not ours, and when several fit or none;
-    `InstrumentError` for an instrument of another protocol.
+    Raises `InputError` for a port that is missing, busy, without rights, not ours or of another protocol, and when
+    several fit or none; `LinkLost` when the port goes away meanwhile.
     """
     name = port or os.environ.get(PORT_VARIABLE)
     if name:
         return _open_checked(name, baud, on_record)
     candidates = [info.device for info in list_ports.comports() if (info.vid, info.pid) in BOARD_ADAPTERS]
-    fitting = [device for device in candidates if _answers(device, baud)]
+    problems = {device: _problem(device, baud) for device in candidates}
+    fitting = [device for device, problem in problems.items() if problem is None]
     if len(fitting) == 1:
         return _open_checked(fitting[0], baud, on_record)
     if fitting:
         raise InputError(f"{len(fitting)} instruments are plugged in ({', '.join(fitting)}): name one with --port")
-    tried = f"; tried {', '.join(candidates)}" if candidates else ""
+    tried = "".join(f"; {problem}" for problem in problems.values())
     raise InputError(f"no instrument was found{tried}: plug one in, name its port with --port, or start `arcref twin`")
 
 
-def _answers(name: str, baud: int) -> bool:
-    """True when an instrument answers at `name`."""
+def _problem(name: str, baud: int) -> str | None:
+    """Why the port `name` does not serve, None when an instrument answers there."""
     try:
         _open_checked(name, baud, None).close()
-    except (InputError, InstrumentError):
-        return False
-    return True
+    except (InputError, InstrumentError) as error:
+        return str(error)
+    return None
 
 
 def _open_checked(name: str, baud: int, on_record) -> Link:
@@ -76,7 +77,7 @@ def _open_checked(name: str, baud: int, on_record) -> Link:
     if protocol != PROTOCOL_VERSION:
         link.close()
         older = "older" if protocol < PROTOCOL_VERSION else "newer"
-        raise InstrumentError(
+        raise InputError(
             f"{name}: the instrument speaks protocol {protocol}, {older} than this arcref's {PROTOCOL_VERSION}; "
             f"{'build and flash its bitstream anew' if older == 'older' else 'update arcref on this computer'}"
         )
@@ -90,7 +91,7 @@ def _open(name: str, baud: int) -> serial.Serial:
         return serial.serial_for_url(name, baudrate=baud, timeout=READ_TIMEOUT_S, write_timeout=1.0, exclusive=True)
     except serial.SerialException as error:
         raise InputError(f"{name}: {_reason(error)}") from error
-    except (OSError, ValueError, TypeError) as error:
+    except (OSError, ValueError, TypeError, OverflowError) as error:
         raise InputError(f"{name}: cannot be opened as a serial port ({error})") from error
 
 
@@ -100,6 +101,8 @@ def _reason(error: serial.SerialException) -> str:
         return "no right to open it; on Linux join the group `dialout` and log in again"
     if number in (errno.EBUSY, errno.EAGAIN) or "lock" in str(error).lower():
         return "busy: another program has it open; close that first"
+    if number == errno.EISDIR or "could not configure port" in str(error).lower():
+        return "there is no serial port behind this name"
     if number == errno.ENOENT:
         return f"there is no such port{_others()}"
     return f"cannot be opened ({error})"

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from arcref.calibration.plot_style import AFTER_COLOUR, QUIET, READING_COLOUR, STYLE, WIDTH_IN, svg
+from arcref.plot_style import AFTER_COLOUR, QUIET, READING_COLOUR, STYLE, WIDTH_IN, svg
 from arcref.subdivision_curve import SubdivisionCurve
 
 _MOST_POINTS = 2000

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from arcref.calibration.plot_style import AFTER_COLOUR, BEFORE_COLOUR, INK, QUIET, STYLE, WIDTH_IN, svg
+from arcref.plot_style import AFTER_COLOUR, BEFORE_COLOUR, INK, QUIET, STYLE, WIDTH_IN, svg
 from arcref.subdivision.period_parameters import LineMap
 from arcref.subdivision.signal_budget import Cause
 from arcref.subdivision.signal_model import line_phases_rad

@@ -1,43 +1,18 @@
 """The plots of the zero-return page, each as SVG text to stand inside it."""
 
-import io
-import re
-
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
 from arcref.angle import COUNTS_PER_TURN
+from arcref.plot_style import AFTER_COLOUR, BEFORE_COLOUR, INK, QUIET, STYLE, svg
 from arcref.zero_return.result import ZeroReturnResult
 from arcref.zero_return.truth_parts import ErrorOverTurn, Waveform
 
-FORWARD_COLOUR, REVERSE_COLOUR, BEFORE_COLOUR, AFTER_COLOUR, QUIET = (
-    "#1f5fa8",
-    "#c0561c",
-    "#c0561c",
-    "#1f5fa8",
-    "#5b6470",
-)
+FORWARD_COLOUR, REVERSE_COLOUR = AFTER_COLOUR, BEFORE_COLOUR
 
 MOST_TICKS = 30
 """Zero marks that are named below the plot, at the most."""
-
-STYLE = {
-    "font.family": "sans-serif",
-    "font.size": 9,
-    "axes.edgecolor": QUIET,
-    "axes.labelcolor": "#20262d",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#e4e7eb",
-    "grid.linewidth": 0.6,
-    "xtick.color": QUIET,
-    "ytick.color": QUIET,
-    "legend.frameon": False,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "arcref",
-}
 
 
 def closure_plot(result: ZeroReturnResult) -> str:
@@ -67,7 +42,7 @@ def closure_plot(result: ZeroReturnResult) -> str:
         axes.set_ylabel("closure error / counts")
         if axes.get_legend_handles_labels()[0]:
             axes.legend(loc="upper right", ncols=2)
-        return _svg(figure)
+        return svg(figure, "closure")
 
 
 def error_plot(turn: ErrorOverTurn) -> str:
@@ -85,7 +60,7 @@ def error_plot(turn: ErrorOverTurn) -> str:
         axes.set_xlabel("angle / deg")
         axes.set_ylabel("error / arcsec")
         axes.legend(loc="upper right", ncols=2)
-        return _svg(figure)
+        return svg(figure, "error")
 
 
 def waveform_plot(result: ZeroReturnResult) -> str:
@@ -99,7 +74,7 @@ def waveform_plot(result: ZeroReturnResult) -> str:
             _draw_wave(axes, wave, sample_ns)
             axes.set_title("forward" if wave.direction > 0 else "reverse", loc="left", fontsize=9, color=QUIET)
         rows[-1].set_xlabel("time from the latched index / ns")
-        return _svg(figure)
+        return svg(figure, "waveform")
 
 
 def way_plot(result: ZeroReturnResult) -> str:
@@ -123,7 +98,7 @@ def way_plot(result: ZeroReturnResult) -> str:
         speed.plot(middle[known], between, color=REVERSE_COLOUR, linewidth=1.0)
         speed.set_ylabel("speed / r/s")
         speed.set_xlabel("time / s")
-        return _svg(figure)
+        return svg(figure, "way")
 
 
 def _draw_wave(axes, wave: Waveform, sample_ns: float) -> None:
@@ -135,21 +110,10 @@ def _draw_wave(axes, wave: Waveform, sample_ns: float) -> None:
         axes.annotate("0", (middle, 4.25), ha="center", va="bottom", color="#7a5a10", annotation_clip=False)
     for base, bit in ((3.0, 0), (1.5, 1), (0.0, 2)):
         level = (wave.state >> bit & 1).astype(float)
-        axes.step(times, base + np.append(level, level[-1]), where="post", color="#20262d", linewidth=1.1)
+        axes.step(times, base + np.append(level, level[-1]), where="post", color=INK, linewidth=1.1)
     axes.set_yticks([0.5, 2.0, 3.5], ["Z", "B", "A"])
     axes.set_ylim(-0.3, 4.9)
     axes.set_xlim(times[0], times[-1])
     axes.tick_params(axis="y", length=0)
     axes.grid(axis="y", visible=False)
     axes.spines["left"].set_visible(False)
-
-
-def _svg(figure: Figure) -> str:
-    """The figure as an SVG element, without the file's head, the date and fixed sizes."""
-    text = io.StringIO()
-    figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
-    svg = text.getvalue()
-    svg = svg[svg.index("<svg") :]
-    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
-    head, rest = svg.split(">", 1)
-    return re.sub(r' (width|height)="[^"]*"', "", head) + ">" + rest

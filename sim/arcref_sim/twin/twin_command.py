@@ -1,6 +1,7 @@
 """`arcref twin`: the whole instrument in simulation, on a serial port that other programs open."""
 
 import queue
+import signal
 import sys
 import threading
 import time
@@ -20,6 +21,7 @@ from arcref_gateware.link.baud_rate import baud_divisor
 from arcref_gateware.quadrature import SAMPLES_PER_WORD
 from arcref_sim.graduation import GraduationError
 from arcref_sim.square_waves import SquareWaves
+from arcref_sim.twin.noisy_wire import noisy_wire
 from arcref_sim.twin.twin import Twin
 from arcref_sim.twin.twin_prompt import FASTEST_RPS, Quit, describe_slowdown, obey
 from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER
@@ -44,7 +46,10 @@ LONGEST_DELAY_NS = 1e6
 @click.option("--jitter", "jitter_ns", type=float, default=0.0, metavar="NS", help="Of each edge, standard deviation.")
 @click.option("--delay", "delay_ns", type=float, default=0.0, metavar="NS", help="Of A, B and Z: the interpolator's.")
 @click.option("--fault", "faults", multiple=True, metavar="NAME[=N]", help="A fault once it turns; see `fault`.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of jitter and random strobes.")
+@click.option(
+    "--noise", "noise", type=float, default=0.0, metavar="PART", help="Of the wire's bytes, spoilt either way."
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Of jitter, random strobes and noise.")
 @click.option(
     "--samples",
     type=click.Choice([str(samples) for samples in SAMPLES_PER_WORD]),
@@ -67,8 +72,8 @@ LONGEST_DELAY_NS = 1e6
     help="Where compiled cores are kept.",
 )
 def twin(
-    rom_path, curve, speed, strobe_hz, random_strobes, jitter_ns, delay_ns, faults, seed, samples, baud, generator,
-    link, seconds, realtime, sleep_s, build_folder,
+    rom_path, curve, speed, strobe_hz, random_strobes, jitter_ns, delay_ns, faults, noise, seed, samples, baud,
+    generator, link, seconds, realtime, sleep_s, build_folder,
 ):  # fmt: skip
     """Run the instrument in simulation, on a serial port.
 
@@ -76,7 +81,7 @@ def twin(
     on its inputs. Every other command works on it: `arcref info --port build/twin`. Lines typed here change speed,
     strobes and faults; `help` lists them. Ends on `quit`, Ctrl-C or after --seconds.
     """
-    _check(speed, jitter_ns, delay_ns, baud, seconds, sleep_s)
+    _check(speed, jitter_ns, delay_ns, noise, baud, seconds, sleep_s)
     if rom_path == DEFAULT_ROM and not rom_path.exists():
         raise InputError(f"{rom_path}: there is no ROM yet; `make rom` makes it, or name one with --rom")
     rom = load_rom(rom_path)
@@ -99,9 +104,12 @@ def twin(
         seed=seed,
         realtime=realtime,
         sleep_after_s=sleep_s,
+        change_bytes=noisy_wire(seed, noise) if noise else bytes,
         link=link,
         folder=build_folder,
     )
+    # Taken as Ctrl-C is, so that its port and link are taken away, too.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     with instrument:
         click.echo(f"port: {instrument.port}")
         click.echo(f"link: {link}")
@@ -125,12 +133,13 @@ def error_that_the_rom_corrects(rom: CorrectionRom) -> GraduationError:
     return GraduationError([value for pair in zip(between, middles, strict=True) for value in pair])
 
 
-def _check(speed, jitter_ns, delay_ns, baud, seconds, sleep_s) -> None:
+def _check(speed, jitter_ns, delay_ns, noise, baud, seconds, sleep_s) -> None:
     """Raises `InputError` for an option out of range."""
     for name, value, least, most in (
         ("--speed", speed, -FASTEST_RPS, FASTEST_RPS),
         ("--jitter", jitter_ns, 0, 1000),
         ("--delay", delay_ns, 0, LONGEST_DELAY_NS),
+        ("--noise", noise, 0, 1),
         ("--seconds", seconds, 0, 1e9),
         ("--sleep", sleep_s, 0, 1e9),
     ):

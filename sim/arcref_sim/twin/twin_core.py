@@ -9,7 +9,7 @@ import numpy as np
 from arcref_gateware.connected_encoder import ConnectedEncoder
 from arcref_gateware.golden.signal_changes import SignalChanges
 from arcref_gateware.verilog_export import describe_core, export_verilog
-from arcref_sim.core_log import SPI_FRAME
+from arcref_sim.core_log import SPI_FRAME, NativeLog
 from arcref_sim.simulation_top import harness_ports, output_ports, simulation_top
 from arcref_sim.spi_plan import SpiPlan
 from arcref_sim.twin.twin_instrument import TwinInstrument
@@ -22,10 +22,6 @@ SENT_AHEAD_BYTES = 1 << 12
 """Bytes of the host that one run is given at most."""
 
 
-class _Log(ctypes.Structure):
-    _fields_ = [("records", ctypes.c_void_p), ("capacity", ctypes.c_int64), ("used", ctypes.c_int64)]
-
-
 class _Run(ctypes.Structure):
     _fields_ = [
         ("change_time", ctypes.c_void_p),
@@ -34,9 +30,9 @@ class _Run(ctypes.Structure):
         ("sent", ctypes.c_char_p),
         ("sent_bytes", ctypes.c_int64),
         ("taken", ctypes.c_int64),
-        ("received", _Log),
-        ("compare", _Log),
-        ("frames", _Log),
+        ("received", NativeLog),
+        ("compare", NativeLog),
+        ("frames", NativeLog),
     ]
 
 
@@ -137,7 +133,7 @@ class TwinCore:
             "frames": np.empty(words // 32 + 1, SPI_FRAME),
         }
         for name, records in logs.items():
-            setattr(run, name, _Log(records.ctypes.data, len(records), 0))
+            setattr(run, name, NativeLog(records.ctypes.data, len(records), 0))
         self._library.twin_run(self._instrument, ctypes.byref(run))
         kept = {name: records[: getattr(run, name).used] for name, records in logs.items()}
         return TwinLog(run.taken, kept["received"].tobytes(), kept["compare"].copy(), kept["frames"].copy())

@@ -10,9 +10,11 @@ from arcref.angle import COUNTS_PER_TURN
 from arcref.command import main
 from arcref.comparison.dynamic_error import dynamic_error
 from arcref.comparison.paired_readings import join_pairs, read_pairs
+from arcref.flags import Flag
 from arcref.input_error import InputError
-from arcref.instrument.capture_file import open_capture_file, read_capture_file
+from arcref.instrument.capture_file import open_capture_file
 from arcref.instrument.captures import CAPTURE_DTYPE
+from arcref.instrument.recorded_captures import read_capture_file
 
 RATE_HZ = 800e6
 
@@ -29,6 +31,7 @@ def make_captures(speed_rps, number, first_deg=0.0, seed=0):
     captures = np.zeros(number, CAPTURE_DTYPE)
     captures["time_s"], captures["time_samples"] = time_s, np.rint(time_s * RATE_HZ)
     captures["position_counts"] = captures["raw_position_counts"] = position
+    captures["flags"] = int(Flag.CORRECTION_ACTIVE)
     captures["angle_deg"] = position % COUNTS_PER_TURN * 360 / COUNTS_PER_TURN
     return captures
 
@@ -38,7 +41,9 @@ def write_run(folder, name, captures, speed_rps, *, delay_s=3e-6, noise_arcsec=0
     late_deg = captures["angle_deg"] - 360 * speed_rps * delay_s
     reading = late_deg + (true_error_arcsec(late_deg) + rng.normal(0, noise_arcsec, len(captures))) / 3600 + zero_deg
     capture_path = folder / f"{name}.csv"
-    file = open_capture_file(capture_path, {"calibration_expanded_uncertainty": "0.4 arcsec (k=2)"})
+    file = open_capture_file(
+        capture_path, {"calibration_expanded_uncertainty": "0.4 arcsec (k=2)", "sample_rate_hz": "8e8"}
+    )
     file.append(captures)
     file.close()
     rows = np.mod(reading, 360.0)
@@ -81,6 +86,24 @@ def test_the_stated_uncertainty_of_the_delay_is_the_scatter_over_many_runs(tmp_p
     assert abs(np.mean(found) - 3e-6) < 4 * np.mean(stated) / np.sqrt(40)
 
 
+def test_an_error_that_depends_on_speed_shows_at_its_speed(tmp_path):
+    runs = []
+    for n, speed in enumerate((2.0, 20.0, 50.0)):
+        captures = make_captures(speed, 3000, seed=n)
+        capture, readings = write_run(tmp_path, f"v{n}", captures, speed, seed=n)
+        if speed == 50.0:
+            wave = 2.0 * np.sin(np.radians(5 * captures["angle_deg"])) / 3600
+            readings = rewritten(readings, lambda values, wave=wave: values + wave)
+        runs.append(read_pairs(capture, readings))
+    result = dynamic_error(join_pairs(runs))
+    fast, others = result.groups[-1], result.groups[:-1]
+    assert fast.apart_arcsec == pytest.approx(2 / 3 * 2.0 / np.sqrt(2), rel=0.1)
+    assert all(group.apart_arcsec < 0.6 for group in others)
+    angle = np.arange(360.0)
+    own = result.angle_error_at_speed_arcsec(fast, angle)
+    assert np.all(np.abs(own - true_error_arcsec(angle) - 2.0 * np.sin(np.radians(5 * angle))) < 0.15)
+
+
 def test_one_speed_alone_tells_no_delay(runs):
     result = dynamic_error(join_pairs([read_pairs(*runs[1])]))
     assert result.delay_s is None
@@ -108,7 +131,8 @@ def test_captures_come_back_from_their_file_as_they_were(tmp_path, suffix):
     file.append(captures[:200])
     file.append(captures[200:])
     file.close()
-    back, provenance = read_capture_file(path)
+    read = read_capture_file(path)
+    back, provenance = read.captures, read.provenance
     assert np.array_equal(back["position_counts"], captures["position_counts"])
     assert np.allclose(back["time_s"], captures["time_s"], atol=1e-9, rtol=0)
     assert provenance["rom_crc32"] == "0x12345678"

@@ -1,7 +1,7 @@
 """An instrument on a pseudo-terminal that answers as the golden model of the link does, for tests of the host."""
 
 import os
-import random
+import select
 import threading
 import tty
 
@@ -37,6 +37,7 @@ class PseudoInstrument:
         tty.setraw(far)
         self.port = os.ttyname(far)
         self._ends = [self._near, far]
+        self._pulled = threading.Event()
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._thread.start()
         return self
@@ -48,6 +49,9 @@ class PseudoInstrument:
         """The port goes away under whoever has it open."""
         # A test's thread may pull while the test ends: whoever takes the ends closes them.
         ends, self._ends = self._ends, []
+        self._pulled.set()
+        if threading.current_thread() is not self._thread:
+            self._thread.join()  # a terminal stays as long as someone reads it
         for end in ends:
             os.close(end)
 
@@ -75,7 +79,9 @@ class PseudoInstrument:
         return number
 
     def _serve(self) -> None:
-        while True:
+        while not self._pulled.is_set():
+            if not select.select([self._near], [], [], 0.02)[0]:
+                continue
             try:
                 answer = self.model.feed(self._corrupt(os.read(self._near, 4096)))
                 if answer:
@@ -95,23 +101,3 @@ class PseudoInstrument:
 
     def _read_window(self, name: str, place: int) -> int:
         return self.windows[name][place]
-
-
-def with_noise(seed: int, per_byte: float):
-    """A channel that changes, drops or doubles bytes at the rate `per_byte`."""
-    rng = random.Random(seed)
-
-    def noisy(data: bytes) -> bytes:
-        out = bytearray()
-        for byte in data:
-            if rng.random() >= per_byte:
-                out.append(byte)
-                continue
-            what = rng.randrange(3)
-            if what == 0:
-                out.append(byte ^ (1 << rng.randrange(8)))
-            elif what == 1:
-                out += bytes([byte, byte])
-        return bytes(out)
-
-    return noisy

@@ -1,23 +1,31 @@
-"""The lines that the manual shows for a notebook read an angle from the twin."""
+"""The lines that README and manual show for a notebook read an angle from the twin."""
 
 import re
 from pathlib import Path
 
+import pytest
 from twin_truth import wait_until_homed
 
 from arcref.angle import counts_to_deg
 from arcref.link.port_finder import PORT_VARIABLE
 
-MANUAL = Path(__file__).parents[3] / "docs" / "instrument.md"
+PROJECT = Path(__file__).parents[3]
 
 
-def test_three_lines_read_the_angle(make_twin, monkeypatch, capsys):
-    shown = re.search(r"<!-- notebook -->\n(.*?)<!-- end notebook -->", MANUAL.read_text(encoding="utf-8"), re.DOTALL)[
-        1
-    ]
-    lines = [line.strip()[4:] for line in shown.splitlines()]
+def shown_lines(page: str) -> list[str]:
+    """The three lines of Python on a page, from its import of the client on."""
+    text = (PROJECT / page).read_text(encoding="utf-8")
+    lines = re.search(r"^ {4}(?:>>> )?from arcref import Encoder\n(?: {4}.*\n)+", text, re.MULTILINE)[0].splitlines()
+    return [re.sub(r"^(>>>|\.\.\.) ", "", line[4:]) for line in lines]
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/instrument.md"])
+def test_three_lines_read_the_angle(make_twin, monkeypatch, capsys, tmp_path, page):
+    lines = shown_lines(page)
     assert len(lines) == 3
-    with make_twin(speed_rps=10.0) as twin:
+    monkeypatch.chdir(tmp_path)
+    link = tmp_path / "build" / "twin"  # where `arcref twin` puts it, and README looks
+    with make_twin(speed_rps=10.0, link=link) as twin:
         wait_until_homed(twin)
         twin.set_speed(0.0)
         monkeypatch.setenv(PORT_VARIABLE, twin.port)

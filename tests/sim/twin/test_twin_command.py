@@ -15,6 +15,7 @@ from twin_truth import wait_until, wait_until_homed
 
 from arcref.command import main
 from arcref.flags import Flag, describe_faults
+from arcref.instrument.recorded_captures import read_capture_file
 from arcref.rom_image import save_rom
 from arcref_sim.twin.live_faults import NAMED_FAULTS
 from arcref_sim.twin.twin_prompt import obey
@@ -96,12 +97,16 @@ def test_every_verb_of_the_host_runs_on_it_while_lines_are_typed(twin_process, t
     assert "ended, " in process.stdout.read()
 
 
-def test_it_ends_by_itself_and_on_ctrl_c_and_takes_its_port_away(twin_process):
+def test_it_ends_by_itself_and_takes_its_port_away(twin_process):
     process, link = twin_process("--seconds", "0.5", "--realtime", "--sleep", "0.1")
     assert process.wait(30) == 0
     assert not os.path.lexists(link)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_ends_on_ctrl_c_and_on_kill_and_takes_its_port_away(twin_process, number):
     process, link = twin_process("--speed", "-10")
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     assert process.wait(30) == 130
     assert not os.path.lexists(link)
     assert "Traceback" not in process.stdout.read()
@@ -167,6 +172,20 @@ def test_every_fault_is_seen_by_the_instrument(make_twin, name):
             obey(twin, f"fault {name}")
         wait_until(lambda: twin.status().flags & FLAG_OF_FAULT[name])
         assert describe_faults(FLAG_OF_FAULT[name])[0] in obey(twin, "status")
+
+
+def test_a_host_that_vanishes_in_the_middle_leaves_a_twin_that_serves_the_next_one(twin_process, tmp_path):
+    _, link = twin_process("--speed", "10", "--strobe", "90000")
+    command = [sys.executable, "-m", "arcref.command", "capture", "--port", str(link)]
+    host = subprocess.Popen([*command, "-n", "100000", "-o", str(tmp_path / "first.csv")], stderr=subprocess.PIPE)
+    wait_until(lambda: (tmp_path / "first.csv").exists() and (tmp_path / "first.csv").stat().st_size > 10_000)
+    host.kill()
+    host.communicate()
+    arcref("capture", "--port", link, "-n", 300, "-o", tmp_path / "second.csv")
+    for name in ("first.csv", "second.csv"):
+        captures = read_capture_file(tmp_path / name).captures
+        assert len(captures) >= 150
+        assert not captures["lost_before"][1:].any()
 
 
 def test_a_file_where_the_link_should_stand_is_left_alone(rom, tmp_path):

@@ -13,33 +13,14 @@ from arcref.instrument.encoder import Snapshot
 from arcref.link import link
 from arcref.link.packet import Kind, Packet
 from arcref.link.registers import MAGIC, REGISTERS
-
-
-def with_noise(seed: int, per_byte: float):
-    """Changes, drops or doubles bytes at the rate `per_byte`."""
-    rng = standard_random.Random(seed)
-
-    def noisy(data: bytes) -> bytes:
-        out = bytearray()
-        for byte in data:
-            if rng.random() >= per_byte:
-                out.append(byte)
-                continue
-            what = rng.randrange(3)
-            if what == 0:
-                out.append(byte ^ (1 << rng.randrange(8)))
-            elif what == 1:
-                out += bytes([byte, byte])
-        return bytes(out)
-
-    return noisy
+from arcref_sim.twin.noisy_wire import noisy_wire
 
 
 def test_noise_brings_no_wrong_value(make_twin, random):
     with make_twin(speed_rps=10.0) as twin, Encoder(twin.port) as encoder:
         wait_until_homed(twin)
         assert encoder.identity.sample_rate_hz == 8e8
-        twin.call(setattr, twin, "change_bytes", with_noise(1, 1e-3))
+        twin.call(setattr, twin, "change_bytes", noisy_wire(1, 1e-3))
         for _ in range(150):
             value = int(random.integers(0, 1 << 16))
             encoder.registers.strobe_delay = value
@@ -47,7 +28,7 @@ def test_noise_brings_no_wrong_value(make_twin, random):
             snapshot: Snapshot = encoder.snapshot()
             assert_counts(twin, round(snapshot.time_s * 8e8), snapshot.raw_position)
         encoder.registers.strobe_delay = 0
-        twin.call(setattr, twin, "change_bytes", with_noise(2, 2e-4))
+        twin.call(setattr, twin, "change_bytes", noisy_wire(2, 2e-4))
         twin.set_strobe(50_000)
         captures = encoder.capture(1500)
         assert_counts(twin, captures["time_samples"], captures["raw_position_counts"])

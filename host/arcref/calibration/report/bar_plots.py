@@ -1,6 +1,6 @@
 """Bar plots of the report: the harmonics of the error curve, and the contributions to its uncertainty."""
 
-from arcref.calibration.plot_style import AFTER_COLOUR, BEFORE_COLOUR, INK, QUIET, STYLE, WIDTH_IN, svg
+from arcref.plot_style import AFTER_COLOUR, BEFORE_COLOUR, INK, QUIET, STYLE, WIDTH_IN, svg
 
 
 def harmonics_plot(runs: list[dict]) -> str | None:

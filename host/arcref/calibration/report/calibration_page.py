@@ -8,10 +8,10 @@ from markupsafe import Markup
 
 from arcref.calibration.calibration_result import CalibrationResult
 from arcref.calibration.metadata_keys import KEYS_BY_NAME
-from arcref.calibration.plot_style import with_own_ids
 from arcref.calibration.report.bar_plots import budget_plot, harmonics_plot
 from arcref.calibration.report.calibration_record import calibration_record
 from arcref.calibration.report.error_plots import error_plot, polar_plot, residual_plot
+from arcref.plot_style import with_own_ids
 
 TEMPLATE = "calibration.html.j2"
 

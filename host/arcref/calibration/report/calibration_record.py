@@ -1,7 +1,5 @@
 """Everything a calibration's report says, as one dictionary that JSON can hold; the page takes each number from it."""
 
-import math
-
 import numpy as np
 
 from arcref import __version__
@@ -11,7 +9,8 @@ from arcref.calibration.calibration_result import CalibrationResult
 from arcref.calibration.harmonics import harmonics
 from arcref.calibration.metadata_keys import CONDITIONS, IDENTIFICATION, KEYS_BY_NAME, METADATA_KEYS
 from arcref.calibration.report.characteristics import characteristics
-from arcref.calibration.uncertainty_budget import COVERAGE_FACTOR, UncertaintyBudget
+from arcref.calibration.report.findings_record import findings_record, finite
+from arcref.calibration.uncertainty_budget import COVERAGE_FACTOR
 
 FORMAT = "arcref-calibration-report"
 VERSION = 1
@@ -62,8 +61,6 @@ def _run(label: str, result: CalibrationResult) -> dict:
             for key, value in result.run.metadata.items()
             if key not in KEYS_BY_NAME
         ],
-        "method": list(result.method),
-        "figures": [{"name": name, "value": value} for name, value in result.figures],
         "statistics": {
             "angles": len(rows),
             "series": None if result.series is None else len(result.series.direction),
@@ -78,28 +75,12 @@ def _run(label: str, result: CalibrationResult) -> dict:
             {"key": each.key, "name": each.name, "value_arcsec": each.value_arcsec, "how": each.how}
             for each in characteristics(result)
         ],
-        "checks": [
-            {"sentence": check.sentence, "found": check.found, "passed": check.passed} for check in result.checks
-        ],
-        "warnings": list(result.warnings),
         "table": rows,
         "series": _series(result),
         "fit": _fit(result.fitted),
         "harmonics": _harmonics(result),
         "aliases": _aliases(result),
-        "budget": budget_record(result.budget),
-        "results": result.results,
-        "sections": [
-            {
-                "title": section.title,
-                "paragraphs": list(section.paragraphs),
-                "columns": list(section.columns),
-                "rows": [list(row) for row in section.rows],
-            }
-            for section in result.sections
-        ],
-        "not_checked": list(result.not_checked),
-        "provenance": result.provenance,
+        **findings_record(result),
     }
 
 
@@ -109,35 +90,6 @@ def _change(found: dict, left: dict) -> list[float] | None:
         return None
     both = zip(found["table"], left["table"], strict=True)
     return [after["error_arcsec"] - before["error_arcsec"] for before, after in both]
-
-
-def budget_record(budget: UncertaintyBudget) -> dict:
-    """The budget, each contribution with its share of the combined variance."""
-    combined = budget.combined_arcsec
-    return {
-        "contributions": [
-            {
-                "name": term.name,
-                "type": term.type,
-                "distribution": term.distribution,
-                "u": float(term.u),
-                "unit": term.unit,
-                "sensitivity": float(term.sensitivity),
-                "u_arcsec": float(term.u_arcsec),
-                "share": (term.u_arcsec / combined) ** 2 if combined else 0.0,
-                "degrees_of_freedom": _finite(term.degrees_of_freedom),
-                "basis": term.basis,
-            }
-            for term in budget.contributions
-        ],
-        "missing": [{"name": each.name, "metadata_key": each.metadata_key} for each in budget.missing],
-        "combined_arcsec": combined,
-        "coverage_factor": COVERAGE_FACTOR,
-        "expanded_arcsec": budget.expanded_arcsec,
-        "expanded_of_difference_arcsec": math.sqrt(2) * budget.expanded_arcsec,
-        "effective_degrees_of_freedom": _finite(budget.effective_degrees_of_freedom),
-        "coverage_factor_95": budget.coverage_factor_95,
-    }
 
 
 def stated_metadata(result: CalibrationResult, group: str) -> list[dict]:
@@ -241,8 +193,4 @@ def _aliases(result: CalibrationResult) -> list[dict]:
 
 def _number(value) -> float | None:
     """A number for JSON, which knows no NaN."""
-    return None if value is None else _finite(float(value))
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    return None if value is None else finite(float(value))

@@ -4,9 +4,9 @@ import numpy as np
 
 from arcref.angle import ARCSEC_PER_COUNT
 from arcref.calibration.calibration_result import CalibrationResult
-from arcref.calibration.plot_style import AFTER_COLOUR, BEFORE_COLOUR, INK, QUIET, READING_COLOUR, STYLE, WIDTH_IN, svg
 from arcref.calibration.report.calibration_record import corrected_by_rom_counts
 from arcref.calibration.uncertainty_budget import COVERAGE_FACTOR
+from arcref.plot_style import AFTER_COLOUR, BEFORE_COLOUR, INK, QUIET, READING_COLOUR, STYLE, WIDTH_IN, svg
 
 _POINTS = 1441
 

@@ -4,8 +4,8 @@ import numpy as np
 
 from arcref.angle import COUNTS_PER_LINE
 from arcref.calibration.calibration_result import CalibrationResult
-from arcref.calibration.plot_style import AFTER_COLOUR, BEFORE_COLOUR, INK, STYLE, WIDTH_IN, svg
 from arcref.calibration.uncertainty_budget import COVERAGE_FACTOR
+from arcref.plot_style import AFTER_COLOUR, BEFORE_COLOUR, INK, STYLE, WIDTH_IN, svg
 from arcref.subdivision.report.subdivision_record import left_by_table
 
 _MOST_MARKS = 128

@@ -6,9 +6,9 @@ from functools import partial
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
 from arcref.calibration.calibration_result import CalibrationResult
-from arcref.calibration.plot_style import with_own_ids
 from arcref.calibration.report.bar_plots import budget_plot
 from arcref.calibration.report.calibration_page import number_element, unit_of
+from arcref.plot_style import with_own_ids
 from arcref.subdivision.report.line_error_plot import line_error_plot
 from arcref.subdivision.report.subdivision_record import subdivision_record
 

@@ -9,7 +9,8 @@ from arcref import __version__
 from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_LINE, arcsec_to_counts
 from arcref.calibration.calibration_result import CalibrationResult
 from arcref.calibration.metadata_keys import CONDITIONS, IDENTIFICATION, KEYS_BY_NAME
-from arcref.calibration.report.calibration_record import FORMAT, VERSION, budget_record, stated_metadata
+from arcref.calibration.report.calibration_record import FORMAT, VERSION, stated_metadata
+from arcref.calibration.report.findings_record import findings_record
 from arcref.calibration.uncertainty_budget import COVERAGE_FACTOR
 from arcref.correction_rom import CorrectionRom
 
@@ -34,27 +35,11 @@ def subdivision_record(result: CalibrationResult) -> dict:
         "other_metadata": [
             {"label": key, "value": value} for key, value in result.run.metadata.items() if key not in KEYS_BY_NAME
         ],
-        "method": list(result.method),
-        "figures": [{"name": name, "value": value} for name, value in result.figures],
         "error_peak_to_peak_arcsec": float(np.ptp(curve.error_arcsec)),
         "error_rms_arcsec": float(np.std(curve.error_arcsec)),
         "left_by_table_rms_arcsec": float(np.std(left_by_table(curve, _fine_deg()))),
         "table": _rows(result),
-        "checks": [{"sentence": each.sentence, "found": each.found, "passed": each.passed} for each in result.checks],
-        "warnings": list(result.warnings),
-        "budget": budget_record(result.budget),
-        "results": result.results,
-        "sections": [
-            {
-                "title": section.title,
-                "paragraphs": list(section.paragraphs),
-                "columns": list(section.columns),
-                "rows": [list(row) for row in section.rows],
-            }
-            for section in result.sections
-        ],
-        "not_checked": list(result.not_checked),
-        "provenance": result.provenance,
+        **findings_record(result),
     }
 
 

@@ -1,4 +1,4 @@
-"""How the plots of a calibration report look, and how a figure becomes SVG that stands inside a page."""
+"""How the plots of all reports look, and how a figure becomes SVG that stands inside a page."""
 
 import io
 import re
