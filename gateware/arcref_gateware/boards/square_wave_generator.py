@@ -31,7 +31,10 @@ zero mark by more than the line that a missing index needs to show."""
 FAULT_PERIOD = 16
 """The period of A, counted from the zero mark, in which a fault of A and B is injected."""
 
-STEPS_CLOCKS = 2 + pipeline_clocks(RATE_BITS)
+RATE_SEGMENT_BITS = 10
+"""Carry chain of the rate's accumulator. Its last segment has room for the steps, too: see the assertion below."""
+
+STEPS_CLOCKS = 2 + pipeline_clocks(RATE_BITS, RATE_SEGMENT_BITS)
 """Clocks from the rate of a word to the steps it gives each sample."""
 
 GENERATOR_CLOCKS = STEPS_CLOCKS + pipeline_clocks(ANGLE_BITS) + 4
@@ -42,7 +45,7 @@ PERIODS_BITS = ANGLE_BITS - 2
 STEPS_BITS = 3
 """Bits of the steps within a word: at most one a sample, four samples."""
 
-assert pipeline_clocks(RATE_BITS) == pipeline_clocks(RATE_BITS + STEPS_BITS)
+assert pipeline_clocks(RATE_BITS, RATE_SEGMENT_BITS) == pipeline_clocks(RATE_BITS + STEPS_BITS, RATE_SEGMENT_BITS)
 
 
 class SquareWaveGenerator(wiring.Component):
@@ -142,12 +145,18 @@ class SquareWaveGenerator(wiring.Component):
         rate = Signal(RATE_BITS + STEPS_BITS)
         m.d.sync += rate.eq(self.rate & self.run.replicate(RATE_BITS))
         later = delayed(m, rate, 1, name="rate")
-        multiples = [skewed(m, later, name="rate1"), skewed(m, (later << 1)[: len(later)], name="rate2")]
+
+        def segments_of(value, name: str):
+            return skewed(m, value, name=name, segment_bits=RATE_SEGMENT_BITS)
+
+        multiples = [segments_of(later, "rate1"), segments_of((later << 1)[: len(later)], "rate2")]
         if self.samples_per_word == 4:
             twice = (rate[:-1] << 1).as_signed()
-            multiples.append(skewed_add(m, skewed(m, rate, name="rate3"), twice, name="rate3"))
-            multiples.append(skewed(m, (later << 2)[: len(later)], name="rate4"))
-        fraction = [Signal(high - low, name=f"fraction_{low}") for low, high in segment_bounds(RATE_BITS)]
+            multiples.append(skewed_add(m, segments_of(rate, "rate3"), twice, name="rate3"))
+            multiples.append(segments_of((later << 2)[: len(later)], "rate4"))
+        fraction = [
+            Signal(high - low, name=f"fraction_{low}") for low, high in segment_bounds(RATE_BITS, RATE_SEGMENT_BITS)
+        ]
         steps = []
         for k, segments in enumerate(multiples[: self.samples_per_word]):
             carry = None
