@@ -148,12 +148,14 @@ class ConnectedEncoder(wiring.Component):
             fifo.corrected.eq(core.capture_position),
             fifo.flags.eq(core.flags),
             fifo.clear.eq(file.capture_clear),
+            file.captures_cleared.eq(fifo.cleared),
             uart.enable.eq(file.capture_enable),
             compare.position.eq(core.position),
             compare.homed.eq(core.homed),
             compare.period.eq(file.compare_period),
             compare.start.eq(file.compare_start),
             compare.width.eq(file.compare_width),
+            compare.restart.eq(file.grid_written),
             self.compare.eq(compare.pulse),
             recorder.raw_position.eq(core.raw_position),
             recorder.position.eq(core.position),
@@ -189,10 +191,10 @@ class ConnectedEncoder(wiring.Component):
             "packets_refused": uart.packets_refused[0],
             "link_state": uart.requests_obeyed[0],
             "illegal_steps": core.illegal_steps,
-            "compare_count": compare.count[:TALLY_BITS],
+            "compare_count": compare.count,
             "capture_level": fifo.level,
-            "captures_lost": fifo.lost[:TALLY_BITS],
-            "captures": fifo.captures[:TALLY_BITS],
+            "captures_lost": fifo.lost,
+            "captures": fifo.captures,
         }
         for flag in fault_flags():
             counter = FaultCounter()
