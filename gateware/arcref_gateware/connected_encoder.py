@@ -23,7 +23,7 @@ from arcref_gateware.reference_encoder import ReferenceEncoder
 DEFAULT_BAUD = 3_000_000
 DEFAULT_WORD_CLOCK_HZ = 200e6
 CAPTURE_DEPTH = 256
-"""Captures that the FIFO holds: eight block RAMs of an iCE40."""
+"""Captures that the FIFO holds when nobody says otherwise."""
 
 CORE_INPUTS = ("a", "b", "z", "spi_sck", "spi_cs_n", "spi_copi")
 CORE_OUTPUTS = (
@@ -49,7 +49,9 @@ CORE_OUTPUTS = (
 class ConnectedEncoder(wiring.Component):
     """`ReferenceEncoder` and everything by which it is set, read and captured.
 
-    Parameters: those of the core; `word_clock_hz`, which the registers state and the baud rate is made from; `baud`.
+    Parameters: those of the core; `word_clock_hz`, which the registers state and the baud rate is made from; `baud`;
+    `capture_depth`, the captures that the FIFO holds, a power of two: up to 256 take eight block RAMs of an iCE40, up
+    to 1024 eight of an ECP5.
     Raises ValueError for a baud rate that the clock cannot give. The ports of the core mean what they mean there.
     """
 

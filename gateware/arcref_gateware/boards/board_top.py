@@ -24,6 +24,9 @@ INSTRUMENT_PINS = (
 )
 """Signals of the instrument that go to a pad as they are."""
 
+CAPTURE_DEPTHS = {"ice40": 256, "ecp5": 1024}
+"""Captures that the FIFO holds, by family: what eight block RAMs have room for."""
+
 
 class BoardTop(wiring.Component):
     """The design that is built for `board`, with the correction `rom`, or None for one that gets its ROM later.
@@ -42,6 +45,7 @@ class BoardTop(wiring.Component):
             self_test=self_test,
             strobe_delay=strobe_delay,
             has_link=board.has_link,
+            capture_depth=CAPTURE_DEPTHS[board.family],
         )
         super().__init__({})
 

@@ -11,7 +11,7 @@ from arcref.correction_rom import CorrectionRom
 from arcref.flags import FAULT_FLAGS
 from arcref_gateware.boards.alignment_check import AlignmentCheck, AlignmentPattern
 from arcref_gateware.boards.board import SAMPLED_SIGNALS
-from arcref_gateware.connected_encoder import ConnectedEncoder
+from arcref_gateware.connected_encoder import CAPTURE_DEPTH, ConnectedEncoder
 from arcref_gateware.reference_encoder import ReferenceEncoder
 
 HEARTBEAT_HZ = 1.0
@@ -39,7 +39,7 @@ class Instrument(wiring.Component):
 
     `pattern` is what the alignment pad sends, None where no check is needed (one sample a word).
     `self_test`, a `SelfTest`, puts its generator in place of the samples. `has_link` puts registers, UART, captures
-    and compare output around the core. Uses the domains of `word_domains`; `hold` must drive the reset of `sync`.
+    and compare output around the core; its FIFO holds `capture_depth` captures. Uses the domains of `word_domains`; `hold` must drive the reset of `sync`.
     """
 
     def __init__(
@@ -52,6 +52,7 @@ class Instrument(wiring.Component):
         self_test=None,
         strobe_delay: int = 0,
         has_link: bool = False,
+        capture_depth: int = CAPTURE_DEPTH,
     ):
         self.samples_per_word = samples_per_word
         self.word_clock_hz = word_clock_hz
@@ -64,6 +65,7 @@ class Instrument(wiring.Component):
                 samples_per_word,
                 strobe_delay=strobe_delay,
                 word_clock_hz=word_clock_hz,
+                capture_depth=capture_depth,
                 has_test_generator=self_test is not None,
             )
         else:
