@@ -23,7 +23,7 @@ from arcref_gateware.reference_encoder import ReferenceEncoder
 DEFAULT_BAUD = 3_000_000
 DEFAULT_WORD_CLOCK_HZ = 200e6
 CAPTURE_DEPTH = 256
-"""Captures that the FIFO holds: eight block RAMs of an iCE40."""
+"""Captures that the FIFO holds when nobody says otherwise."""
 
 CORE_INPUTS = ("a", "b", "z", "spi_sck", "spi_cs_n", "spi_copi")
 CORE_OUTPUTS = (
@@ -50,7 +50,8 @@ class ConnectedEncoder(wiring.Component):
     """`ReferenceEncoder` and everything by which it is set, read and captured.
 
     Parameters: those of the core; `word_clock_hz`, which the registers state and the baud rate is made from; `baud`;
-    `settings`: reset values of registers other than the declaration's.
+    `settings`: reset values of registers other than the declaration's; `capture_depth`, the captures that the FIFO
+    holds, a power of two: up to 256 take eight block RAMs of an iCE40, up to 1024 eight of an ECP5.
     Raises ValueError for a baud rate that the clock cannot give. The ports of the core mean what they mean there.
     """
 
@@ -150,12 +151,14 @@ class ConnectedEncoder(wiring.Component):
             fifo.corrected.eq(core.capture_position),
             fifo.flags.eq(core.flags),
             fifo.clear.eq(file.capture_clear),
+            file.captures_cleared.eq(fifo.cleared),
             uart.enable.eq(file.capture_enable),
             compare.position.eq(core.position),
             compare.homed.eq(core.homed),
             compare.period.eq(file.compare_period),
             compare.start.eq(file.compare_start),
             compare.width.eq(file.compare_width),
+            compare.restart.eq(file.grid_written),
             self.compare.eq(compare.pulse),
             recorder.raw_position.eq(core.raw_position),
             recorder.position.eq(core.position),
@@ -191,10 +194,10 @@ class ConnectedEncoder(wiring.Component):
             "packets_refused": uart.packets_refused[0],
             "link_state": uart.requests_obeyed,
             "illegal_steps": core.illegal_steps,
-            "compare_count": compare.count[:TALLY_BITS],
+            "compare_count": compare.count,
             "capture_level": fifo.level,
-            "captures_lost": fifo.lost[:TALLY_BITS],
-            "captures": fifo.captures[:TALLY_BITS],
+            "captures_lost": fifo.lost,
+            "captures": fifo.captures,
         }
         for flag in fault_flags():
             counter = FaultCounter()

@@ -29,7 +29,7 @@ SIGNAL_DIRECTIONS = {
 UART_SIGNALS = ("uart_rx", "uart_tx")
 """A board with both of them gets the serial link."""
 
-CAPTURE_DEPTHS = {"ecp5": 512, "ice40": 256}
+CAPTURE_DEPTHS = {"ice40": 256, "ecp5": 1024}
 """Captures that the FIFO holds, by family."""
 
 OPTIONAL_SIGNALS = frozenset({*UART_SIGNALS, "compare", "led_homed", "led_fault", "led_heartbeat"})

@@ -5,20 +5,21 @@ One such number can wait in the FIFO at a time; a capture that would need a seco
 
 A capture goes into the memory in the clock in which it comes, with nothing before it, so whether there is room must be
 known beforehand. It is known exactly while there is. A FIFO that was full lets captures in again `REOPEN_CLOCKS` after
-one was taken.
+one was taken. In its first clock after reset it is cleared.
 """
 
-from amaranth.hdl import Cat, Const, Module, Mux, Signal, signed
+from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
 from arcref.angle import POSITION_BITS
 from arcref_gateware.link.record_memory import RECORD_BITS, RecordMemory
-from arcref_gateware.link.wide_counter import WIDE_COUNTER_BITS, WIDE_COUNTER_CLOCKS, WideCounter
+from arcref_gateware.link.register_layout import TALLY_BITS
 from arcref_gateware.register_stages import delayed
 
-COUNT_BITS = WIDE_COUNTER_BITS
+COUNT_BITS = 32
+"""Bits of the number of lost captures."""
 
 LOSS_BIT = 120
 """Bit of a record that says that captures were lost before it. Below it stands what a CAPTURE packet carries."""
@@ -68,8 +69,9 @@ class CaptureFifo(wiring.Component):
                 "clear": In(1),
                 "oldest": In(CaptureOutlet()),
                 "level": Out(range(depth + 1)),
-                "lost": Out(COUNT_BITS),
-                "captures": Out(COUNT_BITS),
+                "lost": Out(TALLY_BITS),
+                "captures": Out(TALLY_BITS),
+                "cleared": Out(1),
             }
         )
 
@@ -97,9 +99,11 @@ class CaptureFifo(wiring.Component):
     level: Out
     """Captures in the FIFO, a few clocks ago."""
     lost: Out
-    """Captures lost since the last `clear`, modulo 2^32."""
+    """Captures lost since the FIFO was cleared: the lowest bits of their number."""
     captures: Out
-    """Captures since the last `clear`, kept or lost, modulo 2^32."""
+    """Captures since then, kept or lost: the lowest bits of their number."""
+    cleared: Out
+    """1 for one clock as the FIFO is cleared; the two numbers are 0 in the next."""
 
     def elaborate(self, platform):
         m = Module()
@@ -107,18 +111,25 @@ class CaptureFifo(wiring.Component):
         oldest = self.oldest
         m.submodules.memory = memory = RecordMemory(self.depth)
 
-        closed = Signal()  # no capture is kept
-        losing = Signal()  # a capture was lost since the last one kept
-        told = Signal()  # a number of lost captures waits
+        def state(*names: str, bits: int = 1, init: int = 0):
+            """Registers that `clear` sets to their first value; as it holds at reset, they need no other."""
+            signals = [Signal(bits, name=name, init=init, reset_less=True) for name in names]
+            cleared.extend(signals)
+            return signals if len(signals) > 1 else signals[0]
+
+        cleared = []
+        closed = state("closed")  # no capture is kept
+        losing = state("losing")  # a capture was lost since the last one kept
+        told = state("told")  # a number of lost captures waits
         keeps, loses, takes = Signal(), Signal(), Signal()
-        clear = Signal()
+        clear = Signal(init=1)
         waits, quiet = Signal(), Signal()  # a clear waits; and it may act
         m.d.comb += [keeps.eq(self.valid & ~closed), loses.eq(self.valid & closed), takes.eq(oldest.taken)]
         # Nobody begins to read without `ready`, which goes down first.
         m.d.comb += quiet.eq(waits & ~oldest.reading & ~oldest.ready)
         m.d.sync += [waits.eq(self.clear | (waits & ~quiet)), clear.eq(quiet)]
 
-        head, tail = Signal(bits), Signal(bits)
+        head, tail = state("head", "tail", bits=bits)
         record = Cat(self.time, self.raw, self.corrected[:16], self.flags, losing)
         assert len(record) == LOSS_BIT + 1
         m.d.comb += [
@@ -134,7 +145,7 @@ class CaptureFifo(wiring.Component):
         # The upper half of the head turns with the lower one: that its turn comes is known a clock early.
         half = bits // 2
         low, high = head[:half], head[half:]
-        turns = Signal()
+        turns = state("turns")
         last = (1 << half) - 1
         with m.If(keeps):
             m.d.sync += [low.eq(low + 1), turns.eq(low == last - 1)]
@@ -142,65 +153,64 @@ class CaptureFifo(wiring.Component):
                 m.d.sync += high.eq(high + 1)
 
         # The level: its upper part follows the lower one, but is never taken for that of the last free place early.
-        level, upper, shown = Signal(_LOW), Signal(bits - _LOW + 1), Signal(_LOW)
-        carry, borrow = Signal(), Signal()
-        at_end = Signal()  # `upper` is that of a FIFO with one place free
+        (level, shown), upper = state("level", "shown", bits=_LOW), state("upper", bits=bits - _LOW + 1)
+        carry, borrow = state("carry", "borrow")
+        at_end = state("at_end")  # `upper` is that of a FIFO with one place free
         fills, frees = Signal(), Signal()
+        # As tables: a carry chain behind a choice is slower.
+        following, preceding = (
+            Array(Const((value + step) % (1 << _LOW), _LOW) for value in range(1 << _LOW)) for step in (1, -1)
+        )
         m.d.comb += [fills.eq(keeps & ~takes), frees.eq(takes & ~keeps), self.level.eq(Cat(shown, upper))]
         m.d.sync += [
-            level.eq(level + fills - frees),
+            level.eq(Mux(fills, following[level], Mux(frees, preceding[level], level))),
             carry.eq(fills & level.all()),
             borrow.eq(frees & (level == 0)),
             shown.eq(level),
             upper.eq(upper + Cat(carry | borrow, borrow.replicate(len(upper) - 1))),
             at_end.eq((upper == (self.depth >> _LOW) - 1) & ~borrow & ~(frees & (level == 0))),
         ]
-        has_room = Signal()
+        has_room = state("has_room")
         m.d.sync += has_room.eq(closed & (has_room | (level != 0)))
-        with m.If(closed):
-            m.d.sync += closed.eq(~has_room | (told & (losing | self.valid)))
-        with m.Else():
-            m.d.sync += closed.eq(fills & at_end & level.all())
+        stays_closed = ~has_room | (told & (losing | self.valid))
+        m.d.sync += closed.eq(Mux(closed, stays_closed, fills & at_end & level.all()))
 
-        # What was lost, and the number that waits: taken down once all before it are counted.
-        came, lost = Signal(), Signal()
-        m.submodules.lost_counter = lost_counter = WideCounter()
-        m.submodules.capture_counter = capture_counter = WideCounter()
-        m.d.sync += [came.eq(self.valid & ~clear), lost.eq(loses & ~clear)]
-        m.d.comb += [
-            lost_counter.count.eq(lost),
-            capture_counter.count.eq(came),
-            lost_counter.clear.eq(clear),
-            capture_counter.clear.eq(clear),
-            self.lost.eq(lost_counter.total),
-            self.captures.eq(capture_counter.total),
+        # What was lost, and the number that waits: byte by byte, each a clock after the one below it.
+        came, carry_up = state("came", "lost_one")
+        captures = state("captures", bits=TALLY_BITS)
+        m.d.comb += [self.cleared.eq(clear), self.captures.eq(captures)]
+        m.d.sync += [
+            came.eq(self.valid),
+            carry_up.eq(loses),
+            captures.eq(captures + came),
+            losing.eq(Mux(self.valid, closed, losing)),
+            told.eq((told | (keeps & losing)) & ~oldest.told),
         ]
-        with m.If(self.valid):
-            m.d.sync += losing.eq(closed)
-        with m.If(oldest.told):
-            m.d.sync += told.eq(0)
-        with m.Elif(keeps & losing):
-            m.d.sync += told.eq(1)
-        waiting = Signal(COUNT_BITS, reset_less=True)
-        loads, moves = Signal(), Signal()
-        kept_after_loss = delayed(m, keeps & losing, WIDE_COUNTER_CLOCKS - 1, name="kept_after_loss")
-        m.d.sync += [loads.eq(kept_after_loss), moves.eq(kept_after_loss | oldest.next_lost)]
-        with m.If(moves):
-            m.d.sync += waiting.eq(Mux(loads, lost_counter.total, waiting >> 8))
-        m.d.comb += oldest.lost.eq(waiting)
+        places = COUNT_BITS // 8
+        total = [state(f"total{k}", bits=8) for k in range(places)]
+        carries = [carry_up, *(state(f"carry{k}") for k in range(1, places))]
+        waiting = [Signal(8, name=f"waiting{k}", reset_less=True) for k in range(places)]
+        after_loss = [delayed(m, keeps & losing, 1, name="after_loss1")]
+        for k in range(places):
+            after_loss.append(delayed(m, after_loss[-1], 1, name=f"after_loss{k + 2}"))
+            moves = Signal(name=f"moves{k}")
+            above = waiting[k + 1] if k + 1 < places else 0
+            m.d.sync += [
+                Cat(total[k], carries[k + 1] if k + 1 < places else Signal(name="beyond")).eq(total[k] + carries[k]),
+                moves.eq(after_loss[k] | oldest.next_lost),
+            ]
+            with m.If(moves):
+                m.d.sync += waiting[k].eq(Mux(after_loss[k + 1], total[k], above))
+        m.d.comb += [self.lost.eq(total[0]), oldest.lost.eq(waiting[0])]
 
         # The oldest one can be read once its level and its address have come through.
         settles = Signal(TAKE_CLOCKS - 1)
-        is_empty = Signal(init=1)
+        is_empty = state("is_empty", init=1)
         m.d.sync += [
             settles.eq(Cat(takes | clear, settles)),
             is_empty.eq((shown == 0) & (upper == 0)),
             oldest.ready.eq(~is_empty & ~settles.any() & ~takes & ~waits & ~clear),
         ]
         with m.If(clear):
-            m.d.sync += [
-                *(signal.eq(0) for signal in (head, tail, turns, level, upper, shown, carry, borrow, closed, has_room)),
-                *(signal.eq(0) for signal in (losing, told)),
-                *(at_end.eq(0), is_empty.eq(1)),
-            ]
+            m.d.sync += [signal.eq(signal.init) for signal in cleared]
         return m

@@ -77,6 +77,8 @@ class RegisterFile(wiring.Component):
                 "record_place": In(PLACE_BITS),
                 "record": In(WORD_BITS),
                 "window_address": Out(12),
+                "grid_written": Out(1),
+                "captures_cleared": In(1),
                 "identity_word": In(WORD_BITS),
                 "loading": In(1),
                 "window_write": Out(len(REGISTERS.windows)),
@@ -98,6 +100,10 @@ class RegisterFile(wiring.Component):
     """A word of a record."""
     window_address: Out
     """Word of a window, counted from its beginning."""
+    grid_written: Out
+    """1 for one clock as the compare output's period or start was written, with the new value."""
+    captures_cleared: In
+    """1 for one clock: the counts of captures start from 0, those that are told in the next clock."""
     identity_word: In
     """Word of the identity memory, four clocks after its address."""
     loading: In
@@ -176,6 +182,7 @@ class RegisterFile(wiring.Component):
         ]
         m.d.comb += [
             written.act.eq(act),
+            self.grid_written.eq(written.grid_written),
             written.word.eq(word),
             written.lower_word.eq(first),
             memory.setting_valid.eq(keeps),
@@ -222,7 +229,7 @@ class RegisterFile(wiring.Component):
             memory.record.eq(self.record),
             counters.phase.eq(memory.phase),
             counters.word.eq(memory.word),
-            counters.clear.eq(self.capture_clear),
+            counters.clear.eq(self.captures_cleared),
             *(getattr(counters, counted.name).eq(getattr(self, counted.name)) for counted in COUNTED),
         ]
         return m

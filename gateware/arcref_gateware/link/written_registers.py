@@ -9,6 +9,9 @@ from arcref_gateware.link.register_layout import settings, writable_registers
 
 _TOGETHER = 4
 
+GRID_REGISTERS = ("compare_period", "compare_start")
+"""Registers with which the compare output begins a new grid."""
+
 
 class WrittenRegisters(wiring.Component):
     """An output for each register that can be written, by its name; `resets` gives settings another reset value.
@@ -24,7 +27,13 @@ class WrittenRegisters(wiring.Component):
             {register.name: Out(register.width, init=reset(register)) for register in writable_registers()}
             | {f"at_{register.name}": In(1) for register in writable_registers()}
             | {f"in_{register.name}": In(1) for register in settings()}
-            | {"act": In(1), "word": In(WORD_BITS), "lower_word": In(WORD_BITS), "as_after_reset": Out(1)}
+            | {
+                "act": In(1),
+                "word": In(WORD_BITS),
+                "lower_word": In(WORD_BITS),
+                "as_after_reset": Out(1),
+                "grid_written": Out(1),
+            }
         )
 
     act: In
@@ -35,13 +44,17 @@ class WrittenRegisters(wiring.Component):
     """Of a register of two words the first one, as it stands in the memory."""
     as_after_reset: Out
     """1 when the place is a setting's that was not written since reset; two clocks behind the place's inputs."""
+    grid_written: Out
+    """1 for one clock, the first with the new value, when a register of `GRID_REGISTERS` was written."""
 
     def elaborate(self, platform):
         m = Module()
-        unwritten = []
+        unwritten, grid_writes = [], []
         for register in writable_registers():
             output, writes = getattr(self, register.name), Signal(name=f"writes_{register.name}")
             m.d.sync += writes.eq(getattr(self, f"at_{register.name}") & self.act)
+            if register.name in GRID_REGISTERS:
+                grid_writes.append(writes)
             if register.access is Access.COMMAND:
                 assert register.words == 1, "a command has one word"
                 m.d.sync += output.eq(self.word & writes.replicate(register.width))
@@ -56,5 +69,6 @@ class WrittenRegisters(wiring.Component):
         for k in range(0, len(unwritten), _TOGETHER):
             parts.append(Signal(name=f"unwritten{k}"))
             m.d.sync += parts[-1].eq(Cat(unwritten[k : k + _TOGETHER]).any())
+        m.d.sync += self.grid_written.eq(Cat(grid_writes).any())
         m.d.sync += self.as_after_reset.eq(Cat(parts).any())
         return m

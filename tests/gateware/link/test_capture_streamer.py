@@ -95,7 +95,7 @@ def unpack(packets):
 @pytest.mark.parametrize("seed", range(6))
 def test_every_capture_is_sent_or_told_as_lost(seed):
     rng = random.Random(seed)
-    offers = []
+    offers = [False]  # the FIFO is cleared in the first clock
     while len(offers) < 12_000:
         rate = rng.choice([0.0, 0.003, 0.02, 1.0])
         offers += [rng.random() < rate for _ in range(rng.randrange(1, 800 if rate < 1 else 40))]
@@ -119,7 +119,7 @@ def test_every_capture_is_sent_or_told_as_lost(seed):
 @pytest.mark.parametrize("seed", range(6))
 def test_a_clear_in_the_middle_spoils_no_packet(seed):
     rng = random.Random(seed)
-    offers = [rng.random() < 0.02 for _ in range(6000)]
+    offers = [False, *(rng.random() < 0.02 for _ in range(6000))]
     for start in (500, 2500, 4500):
         offers[start : start + 40] = [True] * 40
     clears = {start + rng.randrange(30, 700) for start in (500, 1500, 2500, 3500, 4500)}
