@@ -14,7 +14,7 @@ ILLEGAL_COUNT_BITS = 16
 class IllegalSteps(wiring.Component):
     """Number of samples in which A and B both changed, `CLOCKS` clocks later."""
 
-    CLOCKS = 4
+    CLOCKS = 5
 
     def __init__(self, samples_per_word: int):
         super().__init__(
@@ -44,14 +44,16 @@ class IllegalSteps(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         half = ILLEGAL_COUNT_BITS // 2
-        in_word = Signal(half)
+        in_word = Signal(range(len(self.illegal) + 1))
         m.d.sync += in_word.eq(sum(self.illegal[i] for i in range(len(self.illegal))))
+        addend = Signal(half, reset_less=True)
         # The sum runs over and over, in two halves a clock apart; that it ran over once is kept, and stops the count.
         low = Signal(half + 1)
         high = Signal(ILLEGAL_COUNT_BITS - half + 1)
         full = Signal()
         m.d.sync += [
-            low.eq(sum_and_carry(low[:half], in_word)),
+            addend.eq(in_word),
+            low.eq(sum_and_carry(low[:half], addend)),
             high.eq(sum_and_carry(high[:-1], Cat(low[-1], Const(0, len(high) - 2)))),
             full.eq(full | high[-1]),
         ]

@@ -39,31 +39,30 @@ def crc32_fold(octet):
 
 
 class Crc32(wiring.Component):
-    """zlib's CRC-32, one octet a clock."""
+    """zlib's CRC-32 of the octets since `restart`, one every clock."""
 
     CLOCKS = 2
     """Clocks from `octet` to `register`."""
 
     octet: In(8)
-    """The next octet; 0 without `take`."""
-    take: In(1)
-    """1 to take `octet`."""
+    """The next octet; the first one comes a clock after `restart`."""
     restart: In(1)
-    """1 to start, and to start again; not together with `take`."""
+    """1 to start, and to start again; `octet` is 0 then."""
     register: Out(32)
-    """The register, not inverted: zlib's value is its complement. An octet that follows at once is already added."""
+    """The register, not inverted: zlib's value is its complement. The octet that follows is already added to it."""
 
     def elaborate(self, platform):
         m = Module()
         # The lowest bits are kept with the next octet added, which leaves two levels of logic in the register's loop.
         low, high = Signal(8, reset_less=True), Signal(24, reset_less=True)
-        take, restart = delayed(m, self.take, 1, name="take"), delayed(m, self.restart, 1, name="restart")
+        restart = delayed(m, self.restart, 1, name="restart")
         following = Cat(high, Const(0, 8)) ^ crc32_fold(low)
-        m.d.sync += low.eq(Mux(restart, CRC32_START & 0xFF, Mux(take, following[:8], low)) ^ self.octet)
+        m.d.sync += [
+            low.eq(Mux(restart, CRC32_START & 0xFF, following[:8]) ^ self.octet),
+            high.eq(following[8:]),
+        ]
         with m.If(restart):
             m.d.sync += high.eq(CRC32_START >> 8)
-        with m.Elif(take):
-            m.d.sync += high.eq(following[8:])
         m.d.comb += self.register.eq(Cat(low, high))
         return m
 
@@ -76,7 +75,7 @@ class RomCheck(wiring.Component):
     the check.
     """
 
-    CLOCKS = 1 + 2 * (IDENTITY_WORDS + LINES_PER_TURN + SUBDIVISION_ENTRIES + 2) + 1 + READ_CLOCKS + Crc32.CLOCKS + 5
+    CLOCKS = 1 + 2 * (IDENTITY_WORDS + LINES_PER_TURN + SUBDIVISION_ENTRIES + 2) + 1 + READ_CLOCKS + Crc32.CLOCKS + 4
     """Clocks from reset to the first one with `busy` low."""
 
     SMALL_BITS = exact_log2(SUBDIVISION_ENTRIES)
@@ -176,12 +175,7 @@ class RomCheck(wiring.Component):
         coming_identity, coming_line, coming_subdivision, coming_crc, *others, coming_high = delayed(
             m, states, READ_CLOCKS - 1, name="coming"
         )
-        end_identity, end_tables, starts, in_crc, take = delayed(
-            m,
-            Cat(*others, coming_crc, coming_identity | coming_line | coming_subdivision | coming_crc),
-            1,
-            name="read",
-        )
+        end_identity, end_tables, starts, in_crc = delayed(m, Cat(*others, coming_crc), 1, name="read")
         # Bit n: octet n of the identity is being read.
         identity_octet = Signal(2 * max(*MAGIC_WORDS, *TABLE_CRC_WORDS) + 1)
         m.d.sync += identity_octet.eq(Cat(starts, identity_octet))
@@ -225,12 +219,13 @@ class RomCheck(wiring.Component):
         octet = Signal(8, reset_less=True)
         m.d.sync += octet.eq(reduce(or_, octets))
         m.submodules.crc = crc = Crc32()
-        take, end_identity, end_tables, restart = (
-            delayed(m, tag, 2, name="octet") for tag in (take, end_identity, end_tables, starts | end_identity)
+        end_identity, end_tables, restart = (
+            delayed(m, tag, 2, name="octet") for tag in (end_identity, end_tables, starts | end_identity)
         )
-        m.d.comb += [crc.octet.eq(octet), crc.take.eq(take), crc.restart.eq(restart)]
+        m.d.comb += [crc.octet.eq(octet), crc.restart.eq(restart)]
 
-        # The register is compared in two clocks after the last word went in.
+        # The register is compared in two clocks after the last octet went in. It goes on by itself: only what it holds
+        # in that very clock counts.
         parts_match = Signal(4)
         matches = Signal()
         identity_good = Signal()
@@ -239,7 +234,7 @@ class RomCheck(wiring.Component):
             m.d.sync += parts_match[part].eq(crc.register[octet] == (CRC32_RESIDUE >> 8 * part & 0xFF))
         m.d.sync += matches.eq(parts_match.all())
         identity_ended = delayed(m, end_identity, Crc32.CLOCKS + 1, name="identity_ended")
-        tables_ended = delayed(m, end_tables, Crc32.CLOCKS + 2, name="tables_ended")
+        tables_ended = delayed(m, end_tables, Crc32.CLOCKS + 1, name="tables_ended")
         verdict = identity_good & magic_good & matches
         with m.If(identity_ended):
             m.d.sync += identity_good.eq(matches)

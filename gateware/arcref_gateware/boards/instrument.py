@@ -175,13 +175,15 @@ class Instrument(wiring.Component):
         words = Signal(beat_bits // 2, reset_less=True)
         beat = Signal(beat_bits - len(words), reset_less=True)
         carry = Signal(reset_less=True)
+        fault = Signal(reset_less=True)  # a register between the core and the LED's pad, which lie far apart
         m.d.word += [
             words.eq(words + 1),
             carry.eq(words.all()),
             beat.eq(beat + carry),
             self.led_heartbeat.eq(beat[-1]),
             self.led_homed.eq(core.homed),
-            self.led_fault.eq((core.flags & FAULT_FLAGS.value).any() | failed),
+            fault.eq((core.flags & FAULT_FLAGS.value).any() | failed),
+            self.led_fault.eq(fault),
         ]
         return m
 

@@ -38,6 +38,10 @@ STAGES = (
 ROUTER = {"ice40": ("--router", "router2")}
 """Router by family where it is not nextpnr's own choice: on an HX8K its first one was seen to go on without end."""
 
+OWN_ROUTER = ("iCE40UP5K",)
+"""Devices that keep nextpnr's own choice: on an UP5K the other one goes long ways round, which costs a fifth of the
+speed."""
+
 Progress = Callable[[str, float], None]
 """Called with what is being done and the part of all seeds' work that is behind, 0 to 1."""
 
@@ -71,14 +75,15 @@ def place_and_route(board: Board, top, progress: Progress = lambda text, part: N
     with tempfile.TemporaryDirectory(prefix="arcref-") as folder:
         folder = Path(folder)
         progress("writing the netlist", 0.0)
-        plan = board_platform(board).prepare(
+        platform = board_platform(board)
+        plan = platform.prepare(
             top,
             DESIGN,
             emit_src=False,
             synth_opts=list(board.synthesis_options),
             nextpnr_opts=[
                 *("--report", "report.json", "--freq", str(UNCONSTRAINED_MHZ), "--timing-allow-fail"),
-                *ROUTER.get(board.family, ()),
+                *(() if platform.device in OWN_ROUTER else ROUTER.get(board.family, ())),
             ],
         )
         for name, content in plan.files.items():

@@ -43,7 +43,7 @@ def test_the_three_boards_that_must_reach_their_clock_ask_for_it():
     for name, part, samples, least_hz in (
         ("ulx3s", "LFE5U-85F", 4, 160e6),
         ("hx8k", "iCE40HX8K", 2, 168e6),
-        ("icebreaker", "iCE40UP5K", 2, 75e6),  # 84 MHz are wanted; the complete design reaches 77
+        ("icebreaker", "iCE40UP5K", 2, 84e6),
     ):
         board = load_board(name, CONSTRAINTS)
         assert (board.device, board.samples_per_word) == (part, samples)
