@@ -82,6 +82,7 @@ clean: ## remove what was built, but keep the installed tools
 manual: $(READY) ## write tables, outputs and pictures of README.md and docs/ anew from what the project does
 	@$(BIN)/python -m arcref_gateware.manual_tables README.md docs/core.md docs/calibration.md docs/instrument.md
 	@$(BIN)/python -m arcref_gateware.boards.board_pages docs/boards
+	@test ! -f $(BUILD)/ulx3s/build.json || $(BIN)/python -m arcref_gateware.boards.readme_build $(BUILD)/ulx3s/build.json README.md
 	@$(BIN)/python -m arcref_sim.readme_calibration README.md
 
 pins: ## pin every package again, with hashes, from pyproject.toml (needs pip-compile)

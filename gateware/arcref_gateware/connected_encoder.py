@@ -48,7 +48,8 @@ CORE_OUTPUTS = (
 class ConnectedEncoder(wiring.Component):
     """`ReferenceEncoder` and everything by which it is set, read and captured.
 
-    Parameters: those of the core; `word_clock_hz`, which the registers state and the baud rate is made from; `baud`.
+    Parameters: those of the core; `word_clock_hz`, which the registers state and the baud rate is made from; `baud`;
+    `settings`: reset values of registers other than the declaration's.
     Raises ValueError for a baud rate that the clock cannot give. The ports of the core mean what they mean there.
     """
 
@@ -63,6 +64,7 @@ class ConnectedEncoder(wiring.Component):
         baud: float = DEFAULT_BAUD,
         capture_depth: int = CAPTURE_DEPTH,
         has_test_generator: bool = False,
+        settings: dict[str, int] | None = None,
     ):
         self.core = ReferenceEncoder(rom, samples_per_word, gate_state=gate_state, strobe_delay=strobe_delay)
         self.rom, self.samples_per_word = rom, samples_per_word
@@ -71,7 +73,8 @@ class ConnectedEncoder(wiring.Component):
         self.divisor = baud_divisor(word_clock_hz, baud)
         self.capture_depth = capture_depth
         self.has_test_generator = has_test_generator
-        self.registers = RegisterFile({"strobe_delay": strobe_delay, "gate_state": gate_state[0] | gate_state[1] << 1})
+        resets = {"strobe_delay": strobe_delay, "gate_state": gate_state[0] | gate_state[1] << 1}
+        self.registers = RegisterFile(resets | (settings or {}))
         members = self.core.signature.members
         super().__init__(
             {name: members[name] for name in (*CORE_INPUTS, "strobe", *CORE_OUTPUTS)}

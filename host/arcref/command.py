@@ -25,6 +25,7 @@ HOST_VERBS = {
     "read": "arcref.instrument.read_command:read",
     "capture": "arcref.instrument.capture_command:capture",
     "watch": "arcref.instrument.watch_command:watch",
+    "monitor": "arcref.instrument.watch_command:monitor",
     "zero-return": "arcref.instrument.zero_return_command:zero_return",
     "registers": "arcref.instrument.registers_command:registers",
     "trial": "arcref.instrument.trial_command:trial",

@@ -5,6 +5,7 @@ the contract differ.
 """
 
 import re
+import textwrap
 from pathlib import Path
 
 from arcref.atomic_file import write_text
@@ -14,6 +15,9 @@ from arcref.input_error import InputError
 from arcref.link.register import Access, Field, Register
 from arcref.link.registers import REGISTERS
 from arcref.position_frame import FRAME_FIELDS
+
+PAGE_COLUMNS = 112
+"""Widest line of a command's output in a page."""
 
 
 def markdown_table(head: list[str], rows: list[list[str]]) -> str:
@@ -127,6 +131,20 @@ def fill_pages(pages: list[str], tables: dict[str, str]) -> None:
     """Write the tables anew into each page."""
     for page in pages:
         write_text(page, fill_page(Path(page).read_text(encoding="utf-8"), tables))
+
+
+def fill_outputs(readme: str, printed: dict[str, str]) -> str:
+    """`readme` with what stands between `<!-- output NAME -->` and `<!-- end NAME -->` replaced, for each name."""
+    for name, text in printed.items():
+        lines = [part for line in text.splitlines() for part in _wrapped(line)]
+        block = "".join(f"    {line.rstrip()}\n" for line in lines)
+        marks = re.compile(rf"(<!-- output {name} -->\n).*?(<!-- end {name} -->)", re.DOTALL)
+        readme = marks.sub(lambda found, block=block: found[1] + block + found[2], readme)
+    return readme
+
+
+def _wrapped(line: str) -> list[str]:
+    return textwrap.wrap(line, PAGE_COLUMNS, drop_whitespace=True, replace_whitespace=False, break_long_words=False)
 
 
 HOST_TABLES = {

@@ -8,7 +8,6 @@ import re
 import shlex
 import sys
 import tempfile
-import textwrap
 from contextlib import chdir
 from pathlib import Path
 
@@ -16,13 +15,14 @@ from click.testing import CliRunner
 
 from arcref.atomic_file import write_files
 from arcref.command import main
+from arcref.manual_tables import fill_outputs
 
 CHAPTER = "## Calibrate"
 REPORT = "build/polygon.html"
 PICTURE = Path("docs/images/calibrate_polygon.svg")
 PICTURE_WIDTH = 740
 
-_OUTPUT_COLUMNS, _PAGE_COLUMNS = 80, 112
+_OUTPUT_COLUMNS = 80
 
 
 def chapter_commands(readme: str) -> list[list[str]]:
@@ -46,19 +46,6 @@ def run_commands(commands: list[list[str]]) -> tuple[dict[str, str], str]:
                 raise RuntimeError(f"arcref {shlex.join(words)} ended with {result.exit_code}: {result.output}")
             printed["-".join(words[:2])] = result.stdout
         return printed, Path(REPORT).read_text(encoding="utf-8")
-
-
-def fill_outputs(readme: str, printed: dict[str, str]) -> str:
-    """`readme` with what stands between `<!-- output NAME -->` and `<!-- end NAME -->` replaced, for each name."""
-    for name, text in printed.items():
-        lines = [part for line in text.splitlines() for part in textwrap.wrap(line, _PAGE_COLUMNS, **_AS_PRINTED)]
-        block = "".join(f"    {line.rstrip()}\n" for line in lines)
-        marks = re.compile(rf"(<!-- output {name} -->\n).*?(<!-- end {name} -->)", re.DOTALL)
-        readme = marks.sub(lambda found, block=block: found[1] + block + found[2], readme)
-    return readme
-
-
-_AS_PRINTED = {"drop_whitespace": True, "replace_whitespace": False, "break_long_words": False}
 
 
 def error_picture(page: str) -> str:

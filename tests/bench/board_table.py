@@ -16,7 +16,7 @@ def row(board: str, record: dict | None) -> list[str]:
     must_hz, goal_hz = TARGETS_HZ.get(board, (None, None))
     targets = ["-" if hz is None else f"{hz / 1e6:g}" for hz in (must_hz, goal_hz)]
     if record is None:
-        return [board, "-", "-", *targets, "not built", *["-"] * 6]
+        return [board, "-", "-", *targets, "not built", *["-"] * 7]
     reached_hz = record["word_clock_reached_hz"]
     verdict = ""
     if must_hz is not None:
@@ -34,6 +34,7 @@ def row(board: str, record: dict | None) -> list[str]:
         f"{clocked['highest_speed_1_5_samples_per_count_rps']:.1f}",
         f"{record['cells']} of {record['cells_available']}",
         f"{record['block_rams']}, seed {record['seed']}",
+        "yes" if record["has_link"] else "no",
     ]
 
 
@@ -41,7 +42,7 @@ def main(folder: str, *boards: str) -> None:
     """Print the table."""
     table = Table(
         *("board", "part", "samples\na word", "must\nMHz", "goal\nMHz", "reached\nMHz", "clocked\nMHz"),
-        *("M samples/s\nas clocked", "r/s at 1\na count", "r/s at\n1.5", "cells", "block\nRAMs"),
+        *("M samples/s\nas clocked", "r/s at 1\na count", "r/s at\n1.5", "cells", "block\nRAMs", "serial\nlink"),
         box=None,
         pad_edge=False,
         title="The complete design of each board, after place and route",

@@ -14,6 +14,9 @@ from arcref_gateware.core_ports import MODULE_NAME
 
 FOLDER = Path(__file__).parent
 
+LINKED_BENCHES = {"bench_spi_registers"}
+"""Benches of the core with its wire; the others are of the core alone."""
+
 BENCHES = sorted(path.stem for path in FOLDER.glob("bench_*.py"))
 
 
@@ -69,11 +72,11 @@ class BenchRuns:
     def __init__(self, needed: set[tuple[str, int]]):
         """`needed` are pairs of bench and word size."""
         self._pool = ThreadPoolExecutor(os.cpu_count())
-        sizes = sorted({size for _, size in needed})
-        cores = {size: self._pool.submit(build_core, size) for size in sizes}
+        kinds = sorted({(size, bench in LINKED_BENCHES) for bench, size in needed})
+        cores = {(size, linked): self._pool.submit(build_core, size, linked=linked) for size, linked in kinds}
         # A run waits for its core inside the pool; all builds were started before, so none can wait for ever.
         self._runs = {
-            (bench, size): self._pool.submit(self._run, bench, size, cores[size])
+            (bench, size): self._pool.submit(self._run, bench, size, cores[size, bench in LINKED_BENCHES])
             for size, bench in sorted((size, bench) for bench, size in needed)
         }
 

@@ -172,3 +172,13 @@ def test_the_host_never_imports_a_floor_above(name):
         lines = [line.split() for line in file if line.lstrip().startswith(("import ", "from "))]
     above = {"amaranth", "cocotb", "arcref_gateware", "arcref_sim"}
     assert not any(words[1].partition(".")[0] in above for words in lines)
+
+
+def test_monitor_is_watch_by_its_other_name(arcref):
+    watch, monitor = (arcref(verb, "--help").output.split("Options:") for verb in ("watch", "monitor"))
+    assert watch[1] == monitor[1]
+    line = next(line for line in arcref("--help").output.splitlines() if line.split()[:1] == ["monitor"])
+    assert line.endswith("The same as watch.")
+    refused = [arcref(verb, "--port", "/dev/nowhere") for verb in ("watch", "monitor")]
+    assert refused[0].exit_code == refused[1].exit_code != 0
+    assert refused[0].output == refused[1].output

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, field
 
+from arcref_gateware.connected_encoder import DEFAULT_BAUD
+
 SAMPLED_SIGNALS = ("a", "b", "z", "strobe")
 """Signals that go through the samplers, all four along identical paths."""
 
@@ -24,7 +26,13 @@ SIGNAL_DIRECTIONS = {
 }
 """Every signal a board can wire: name and direction, seen from the FPGA."""
 
-OPTIONAL_SIGNALS = frozenset({"uart_rx", "uart_tx", "compare", "led_homed", "led_fault", "led_heartbeat"})
+UART_SIGNALS = ("uart_rx", "uart_tx")
+"""A board with both of them gets the serial link."""
+
+CAPTURE_DEPTHS = {"ecp5": 512, "ice40": 256}
+"""Captures that the FIFO holds, by family."""
+
+OPTIONAL_SIGNALS = frozenset({*UART_SIGNALS, "compare", "led_homed", "led_fault", "led_heartbeat"})
 """Signals that a board may leave out."""
 
 
@@ -63,6 +71,7 @@ class Board:
     `name` is the file's name without its ending, with "-VARIANT" behind it for a variant that is not the first.
     `amaranth_platform` is "module:class" for a board of amaranth-boards, None for one's own. `flash` holds what
     openFPGALoader needs to know (`board` or `cable`); `seeds` are the place-and-route seeds to try, in that order.
+    `baud` is that of the UART, for a board with a link.
     """
 
     name: str
@@ -82,11 +91,17 @@ class Board:
     seeds: tuple[int, ...] = tuple(range(1, 9))
     synthesis_options: tuple[str, ...] = ()
     web: str = ""
+    baud: float = DEFAULT_BAUD
 
     @property
     def has_link(self) -> bool:
         """True for a board that wires both lines of the UART: it gets the registers and captures behind it."""
-        return {"uart_rx", "uart_tx"} <= self.pins.keys()
+        return set(UART_SIGNALS) <= self.pins.keys()
+
+    @property
+    def capture_depth(self) -> int:
+        """Captures that the FIFO behind the link holds: as many as the part has block RAM for."""
+        return CAPTURE_DEPTHS[self.family]
 
     @property
     def samples_per_s(self) -> float:

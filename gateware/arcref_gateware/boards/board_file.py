@@ -10,10 +10,12 @@ from pathlib import Path
 
 from arcref.input_error import InputError
 from arcref.input_file import read_input_file
-from arcref_gateware.boards.board import Board
+from arcref_gateware.boards.board import UART_SIGNALS, Board
 from arcref_gateware.boards.board_part import Part, own_part, part_of_platform
 from arcref_gateware.boards.board_pins import read_pins
 from arcref_gateware.boards.word_clock import word_clock_pll
+from arcref_gateware.connected_encoder import DEFAULT_BAUD
+from arcref_gateware.link.baud_rate import baud_divisor
 
 BOARD_FOLDER = Path("constraints")
 """Where the boards' files are, seen from the folder in which arcref is used."""
@@ -23,6 +25,7 @@ _TABLES = {
     "fpga": {"family", "device", "package", "speed"},
     "clock": {"oscillator_hz", "oscillator_pin", "oscillator_io_standard", "word_clock_hz"},
     "samples": {"per_word"},
+    "link": {"baud"},
     "pins": None,
     "flash": {"board", "cable"},
     "build": {"seeds", "synthesis_options"},
@@ -99,6 +102,7 @@ def _board(path: Path, content: dict, variant: str | None) -> Board:
         pins = read_pins(content.get("pins", {}), part, per_word, ball)
     except InputError as error:
         raise _Problem("pins", str(error)) from error
+    baud = _baud(content.get("link", {}), pins, word_clock_hz)
     return Board(
         name=path.stem + suffix,
         title=_get(about, "board.title", str),
@@ -117,6 +121,7 @@ def _board(path: Path, content: dict, variant: str | None) -> Board:
         flash={key: _get(content["flash"], f"flash.{key}", str) for key in content.get("flash", {})},
         seeds=_seeds(build),
         synthesis_options=_strings(build, "build.synthesis_options"),
+        baud=baud,
     )
 
 
@@ -205,6 +210,28 @@ def _oscillator(clock: dict, part: Part) -> tuple[str, float, str]:
     if ball not in part.balls:
         raise _Problem("clock.oscillator_pin", f"is {ball!r}, which the package {part.package} lacks")
     return ball, _frequency(clock, "clock.oscillator_hz"), _get(clock, "clock.oscillator_io_standard", str)
+
+
+def _baud(link: dict, pins, word_clock_hz: float) -> float:
+    """Baud rate of the UART, which the word clock must give. What only a whole link has is refused without one."""
+    wired = [signal for signal in UART_SIGNALS if signal in pins]
+    if len(wired) == 1:
+        missing = next(signal for signal in UART_SIGNALS if signal not in pins)
+        raise _Problem("pins", f"{missing} missing: {wired[0]} is there, and the serial link needs both")
+    if not wired:
+        if "compare" in pins:
+            raise _Problem("pins", "compare needs the serial link, by which it is set: wire uart_rx and uart_tx, too")
+        if link:
+            raise _Problem("link", "has no meaning without the pins uart_rx and uart_tx")
+        return DEFAULT_BAUD
+    baud = link.get("baud", DEFAULT_BAUD)
+    if type(baud) not in (int, float) or not 0 < baud < 1e9:
+        raise _Problem("link.baud", f"is {baud!r}, a baud rate was expected")
+    try:
+        baud_divisor(word_clock_hz, baud)
+    except ValueError as error:
+        raise _Problem("link.baud", str(error)) from error
+    return float(baud)
 
 
 def _strings(table: dict, path: str) -> tuple[str, ...]:

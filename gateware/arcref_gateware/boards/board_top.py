@@ -42,6 +42,8 @@ class BoardTop(wiring.Component):
             self_test=self_test,
             strobe_delay=strobe_delay,
             has_link=board.has_link,
+            baud=board.baud,
+            capture_depth=board.capture_depth,
         )
         super().__init__({})
 

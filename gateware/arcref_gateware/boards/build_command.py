@@ -6,13 +6,12 @@ from pathlib import Path
 import click
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
-from rich.text import Text
 
 from arcref import __version__
 from arcref.atomic_file import write_files
 from arcref.correction_rom import CorrectionRom
 from arcref.input_error import InputError
+from arcref.link.registers import GENERATOR_FAULTS
 from arcref.rom_image import load_rom
 from arcref_gateware.boards.bitstream_tables import (
     BITSTREAMS,
@@ -23,6 +22,7 @@ from arcref_gateware.boards.bitstream_tables import (
 from arcref_gateware.boards.board import Board
 from arcref_gateware.boards.board_file import BOARD_FOLDER, load_board
 from arcref_gateware.boards.board_top import BoardTop
+from arcref_gateware.boards.build_figures import printed
 from arcref_gateware.boards.build_record import (
     DEFAULT_BUILD_FOLDER,
     FORMAT,
@@ -41,7 +41,6 @@ from arcref_gateware.boards.place_and_route import (
     place_and_route,
 )
 from arcref_gateware.boards.self_test import SelfTest
-from arcref_gateware.boards.square_wave_generator import FAULTS
 from arcref_gateware.boards.table_layout import TablesNotFound
 from arcref_gateware.strobe_delay import STROBE_DELAY_BITS
 from arcref_gateware.table_contents import rom_contents
@@ -83,7 +82,9 @@ class SeedList(click.ParamType):
     help="Strobe delay at power-up, in sample periods.",
 )
 @click.option("--self-test", "self_test_rps", type=float, metavar="RPS", help="Turn a generator in the FPGA instead.")
-@click.option("--self-test-fault", type=click.Choice(list(FAULTS)), help="A fault for the self-test to inject.")
+@click.option(
+    "--self-test-fault", type=click.Choice(list(GENERATOR_FAULTS)), help="A fault for the self-test to inject."
+)
 @click.option(
     "--constraints",
     type=FILE,
@@ -135,7 +136,7 @@ def build(board_name, rom_path, seeds, strobe_delay, self_test_rps, self_test_fa
         folder / LOG_NAME: placed.log.encode(),
     }
     write_files(files)
-    _print(record, files)
+    click.echo(printed(record, files), nl=False)
 
 
 def finish(board: Board, placed: PlacedDesign, rom: CorrectionRom, **options) -> tuple[bytes, dict]:
@@ -182,6 +183,9 @@ def build_record(board: Board, placed: PlacedDesign, *, self_test: SelfTest | No
         "seeds_tried": {str(seed): tried.word_clock_reached_hz for seed, tried in placed.tried.items()},
         "synthesis_options": list(board.synthesis_options),
         "strobe_delay_samples": strobe_delay,
+        "has_link": board.has_link,
+        "baud": board.baud if board.has_link else None,
+        "capture_depth": board.capture_depth if board.has_link else None,
         "self_test": self_test and dataclasses.asdict(self_test),
         "tools": tool_versions(TOOLS[board.family]),
     }
@@ -204,39 +208,3 @@ def _place_with_bar(board: Board, top: BoardTop) -> PlacedDesign:
         return place_and_route(
             board, top, lambda text, part: bar.update(task, description=f"{board.name}: {text}", completed=part)
         )
-
-
-def _print(record: dict, files: dict) -> None:
-    """What a person reads at the end."""
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column(no_wrap=True)
-    table.add_column(overflow="fold")
-    for name, value in figures(record):
-        table.add_row(name, Text(value))
-    table.add_row("written", Text("\n".join(str(path) for path in files)))
-    Console(highlight=False).print(table)
-
-
-def figures(record: dict):
-    """The lines that a person reads of a record: name and value."""
-    clocked = record["as_clocked"]
-    yield "board", f"{record['title']}, {record['device']} {record['package']}"
-    yield (
-        "word clock",
-        (f"{record['word_clock_hz'] / 1e6:g} MHz wanted, {record['word_clock_reached_hz'] / 1e6:.1f} MHz reached"),
-    )
-    yield "samples", f"{record['samples_per_word']} a word, {clocked['samples_per_s'] / 1e6:g} M samples/s as clocked"
-    yield (
-        "highest speed",
-        (
-            f"{clocked['highest_speed_1_samples_per_count_rps']:.1f} r/s at 1 sample a count, "
-            f"{clocked['highest_speed_1_5_samples_per_count_rps']:.1f} r/s at 1.5"
-        ),
-    )
-    yield "cells", f"{record['cells']} of {record['cells_available']}"
-    yield "block RAMs", f"{record['block_rams']} of {record['block_rams_available']}"
-    tried = len(record["seeds_tried"])
-    yield "seed", f"{record['seed']}, {tried} tried" if tried > 1 else f"{record['seed']}, the first tried"
-    if record["self_test"]:
-        yield "self-test", f"{record['self_test']['speed_rps']:g} r/s, fault: {record['self_test']['fault'] or 'none'}"
-    yield "ROM", f"0x{record['rom_crc32']:08X}, every word unpacked and compared"

@@ -3,7 +3,7 @@
 All of a board but its pads and clocks, so that it can be simulated whole.
 """
 
-from amaranth.hdl import Cat, DomainRenamer, Module, Signal
+from amaranth.hdl import Cat, DomainRenamer, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -11,11 +11,17 @@ from arcref.correction_rom import CorrectionRom
 from arcref.flags import FAULT_FLAGS
 from arcref_gateware.boards.alignment_check import AlignmentCheck, AlignmentPattern
 from arcref_gateware.boards.board import SAMPLED_SIGNALS
-from arcref_gateware.connected_encoder import ConnectedEncoder
+from arcref_gateware.boards.self_test_course import SelfTestCourse
+from arcref_gateware.boards.square_wave_generator import SquareWaveGenerator
+from arcref_gateware.connected_encoder import CAPTURE_DEPTH, DEFAULT_BAUD, ConnectedEncoder
 from arcref_gateware.reference_encoder import ReferenceEncoder
 
 HEARTBEAT_HZ = 1.0
 """About how often the heartbeat LED blinks: a power of two of word clocks, so between 0.5 and 1 times a second."""
+
+LINKED_STROBE_WORDS = 1 << 15
+"""Words from strobe to strobe of the test generator on a board with a link: 6104 a second at 200 MHz, which the UART
+streams, and none is refused at any strobe delay."""
 
 UNREAD_OUTPUTS = (
     "raw_position",
@@ -31,15 +37,16 @@ UNREAD_OUTPUTS = (
     "first_illegal_position",
     "first_illegal_time",
 )
-"""Outputs of the core that are read through no pin of a board."""
+"""Outputs of the core that are read through no pin of a board without a link."""
 
 
 class Instrument(wiring.Component):
     """Core with everything around it, over sample words.
 
     `pattern` is what the alignment pad sends, None where no check is needed (one sample a word).
-    `self_test`, a `SelfTest`, puts its generator in place of the samples. `has_link` puts registers, UART, captures
-    and compare output around the core. Uses the domains of `word_domains`; `hold` must drive the reset of `sync`.
+    `self_test`, a `SelfTest`, puts a test generator in place of the samples; with the link its registers choose between
+    the two. `has_link` puts registers, UART, captures and compare output around the core, with `baud` and
+    `capture_depth` of `ConnectedEncoder`. Uses the domains of `word_domains`; `hold` must drive the reset of `sync`.
     """
 
     def __init__(
@@ -52,6 +59,8 @@ class Instrument(wiring.Component):
         self_test=None,
         strobe_delay: int = 0,
         has_link: bool = False,
+        baud: float = DEFAULT_BAUD,
+        capture_depth: int = CAPTURE_DEPTH,
     ):
         self.samples_per_word = samples_per_word
         self.word_clock_hz = word_clock_hz
@@ -64,7 +73,10 @@ class Instrument(wiring.Component):
                 samples_per_word,
                 strobe_delay=strobe_delay,
                 word_clock_hz=word_clock_hz,
+                baud=baud,
+                capture_depth=capture_depth,
                 has_test_generator=self_test is not None,
+                settings=self_test and self_test.settings(samples_per_word * word_clock_hz),
             )
         else:
             self.core = ReferenceEncoder(rom, samples_per_word, strobe_delay=strobe_delay)
@@ -138,11 +150,7 @@ class Instrument(wiring.Component):
             ]
             m.d.word += self.hold.eq(~check.passed)
 
-        source = self
-        if self.self_test is not None:
-            m.submodules.generator = source = self.self_test.generator(self.samples_per_word, self.word_clock_hz)
-        for name in SAMPLED_SIGNALS:
-            m.d.comb += getattr(core, name).eq(getattr(source, name))
+        self._bring_samples(m)
         m.d.comb += [
             core.spi_sck.eq(self.spi_sck),
             core.spi_cs_n.eq(self.spi_cs_n),
@@ -155,10 +163,11 @@ class Instrument(wiring.Component):
                 self.uart_tx.eq(core.uart_tx),
                 self.compare.eq(core.compare),
             ]
-        # What no pin shows yet stays in the design, so that its figures are those of the whole core.
-        unread = Cat(getattr(core, name) for name in UNREAD_OUTPUTS)
-        observed = Signal(len(unread), reset_less=True, attrs={"keep": "true"})
-        m.d.sync += observed.eq(unread)
+        else:
+            # What no pin shows stays in the design, so that its figures are those of the whole core.
+            unread = Cat(getattr(core, name) for name in UNREAD_OUTPUTS)
+            observed = Signal(len(unread), reset_less=True, attrs={"keep": "true"})
+            m.d.sync += observed.eq(unread)
 
         # The counter of the heartbeat in two halves, so that its carry chain does not limit the word clock.
         beat_bits = int(self.word_clock_hz / HEARTBEAT_HZ).bit_length()
@@ -174,3 +183,34 @@ class Instrument(wiring.Component):
             self.led_fault.eq((core.flags & FAULT_FLAGS.value).any() | failed),
         ]
         return m
+
+    def _bring_samples(self, m: Module) -> None:
+        """The core's samples: those of the pins, or the test generator's."""
+        core, self_test = self.core, self.self_test
+        if self_test is None:
+            m.d.comb += [getattr(core, name).eq(getattr(self, name)) for name in SAMPLED_SIGNALS]
+            return
+        samples_per_s = self.samples_per_word * self.word_clock_hz
+        if not self.has_link:
+            m.submodules.generator = generator = SquareWaveGenerator(self.samples_per_word)
+            legs = self_test.legs(self.samples_per_word, samples_per_s)
+            m.submodules.course = course = SelfTestCourse(legs, self_test.fault)
+            m.d.comb += [
+                generator.run.eq(1),
+                generator.rate.eq(self_test.rate(samples_per_s)),
+                generator.reverse.eq(course.reverse),
+                generator.fault.eq(course.fault),
+            ]
+            m.d.comb += [getattr(core, name).eq(getattr(generator, name)) for name in SAMPLED_SIGNALS]
+            return
+        m.submodules.generator = generator = SquareWaveGenerator(self.samples_per_word, LINKED_STROBE_WORDS)
+        generates = Signal()
+        m.d.sync += generates.eq(generator.run)
+        m.d.comb += [
+            Cat(generator.run, generator.reverse, generator.fault).eq(core.generator_control),
+            generator.rate.eq(core.generator_rate[-len(generator.rate) :]),
+        ]
+        for name in SAMPLED_SIGNALS:
+            chosen = Signal(self.samples_per_word, name=f"chosen_{name}")
+            m.d.sync += chosen.eq(Mux(generates, getattr(generator, name), getattr(self, name)))
+            m.d.comb += getattr(core, name).eq(chosen)

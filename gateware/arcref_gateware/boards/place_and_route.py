@@ -36,7 +36,7 @@ STAGES = (
 """What a line of the log says about how far nextpnr is."""
 
 ROUTER = {"ice40": ("--router", "router2")}
-"""Router by family where it is not nextpnr's own choice: on an HX8K its first one has been seen to go on without end."""
+"""Router by family where it is not nextpnr's own choice: on an HX8K its first one was seen to go on without end."""
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the part of all seeds' work that is behind, 0 to 1."""

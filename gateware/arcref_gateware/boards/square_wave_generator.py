@@ -5,165 +5,185 @@ start and those counts give the quadrature state and the zero pulse of every sam
 the word clock. `square_wave_golden` is the same in numpy.
 """
 
-from amaranth.hdl import Cat, Module, Mux, Signal, signed
+from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, signed
 from amaranth.lib import wiring
-from amaranth.lib.wiring import Out
+from amaranth.lib.wiring import In, Out
 
 from arcref.angle import ANGLE_BITS
-from arcref_gateware.register_stages import delayed
+from arcref.link.registers import GENERATOR_FAULTS, GENERATOR_RATE_STEP, REGISTERS
+from arcref_gateware.register_stages import (
+    aligned,
+    delayed,
+    pipeline_clocks,
+    segment_bounds,
+    skewed,
+    skewed_add,
+    sum_and_carry,
+)
 
-FAULTS = ("dropped_edge", "doubled_step", "missing_index")
-"""Faults that the generator can inject, each once.
-
-`dropped_edge`: A stays low for one period of it; no step is illegal, but four counts are lost. `doubled_step`: two
-counts at once, an illegal step. `missing_index`: no zero pulse throughout the second leg.
-"""
-
-RATE_BITS = 16
-"""The generator's rate is a whole number of 2 ** -16 counts a sample."""
-
-LEG_WORDS = 256
-"""A leg is a multiple of so many words."""
+RATE_BITS = REGISTERS["generator_rate"].width - (GENERATOR_RATE_STEP.bit_length() - 1)
+"""The generator's rate is a whole number of 2 ** -24 counts a sample."""
 
 START_COUNT = -4096
 """Angle at the start, two grating lines before the zero mark: the core is homed soon, and every way back passes the
 zero mark by more than the line that a missing index needs to show."""
 
 FAULT_PERIOD = 16
-"""The period of A, counted from the zero mark, in which a fault of A and B is injected, in the first leg."""
+"""The period of A, counted from the zero mark, in which a fault of A and B is injected."""
 
-GENERATOR_CLOCKS = 6
-"""Words after reset that show the start, A and B low, before the first one of the motion."""
+STEPS_CLOCKS = 2 + pipeline_clocks(RATE_BITS)
+"""Clocks from the rate of a word to the steps it gives each sample."""
+
+GENERATOR_CLOCKS = STEPS_CLOCKS + pipeline_clocks(ANGLE_BITS) + 4
+"""Clocks from what a word is asked to be to its samples. So many words after reset show the start, A and B low."""
 
 PERIODS_BITS = ANGLE_BITS - 2
 
-LOWER_BITS = 12
-"""Width of the lower part of the angle: a carry chain that keeps to the word clock."""
+STEPS_BITS = 3
+"""Bits of the steps within a word: at most one a sample, four samples."""
+
+assert pipeline_clocks(RATE_BITS) == pipeline_clocks(RATE_BITS + STEPS_BITS)
 
 
 class SquareWaveGenerator(wiring.Component):
-    """Sample words of an encoder that turns forward for a leg, back for a leg, and so on.
+    """Sample words of an encoder that turns as each word is asked to.
 
-    `rate` is in 2 ** -16 counts a sample (1 .. 65536), `legs` the length of a leg in `LEG_WORDS` words, `fault` one
-    of `FAULTS` or None.
+    A strobe comes every `strobe_words` words, a power of two.
     """
 
-    def __init__(self, samples_per_word: int, rate: int, legs: int, fault: str | None = None):
-        if not 1 <= rate <= 1 << RATE_BITS:
-            raise ValueError(f"the rate lies in 1 .. {1 << RATE_BITS}, not {rate!r}")
-        if legs < 1:
-            raise ValueError(f"a leg is 1 and more, not {legs!r}")
-        self.samples_per_word = samples_per_word
-        self.rate = rate
-        self.legs = legs
-        self.fault = fault
-        super().__init__({name: Out(samples_per_word) for name in ("a", "b", "z", "strobe")})
+    def __init__(self, samples_per_word: int, strobe_words: int = 256):
+        self.samples_per_word, self.strobe_words = samples_per_word, strobe_words
+        super().__init__(
+            {name: Out(samples_per_word) for name in ("a", "b", "z", "strobe")}
+            | {
+                "run": In(1),
+                "reverse": In(1),
+                "rate": In(RATE_BITS),
+                "fault": In(len(GENERATOR_FAULTS)),
+            }
+        )
 
     a: Out
     """Samples of A, bit 0 the oldest."""
     b: Out
     """Samples of B, bit 0 the oldest."""
     z: Out
-    """Samples of the zero pulse: one period of A, four counts wide."""
+    """Samples of the zero pulse, bit 0 the oldest: one period of A, four counts wide."""
     strobe: Out
-    """Samples of the strobe: one sample high every `LEG_WORDS` words, each time the next one in the word."""
+    """Samples of the strobe: one sample high every `strobe_words` words, each time the next one in the word."""
+    run: In
+    """0: this word stands still."""
+    reverse: In
+    """1: this word turns in reverse."""
+    rate: In
+    """Counts a sample in this word, in 2 ** -RATE_BITS."""
+    fault: In
+    """Faults that this word has where it comes to their place, a bit for each of `GENERATOR_FAULTS`."""
 
     def elaborate(self, platform):
         m = Module()
-        samples = self.samples_per_word
+        steps = self._steps(m)
 
-        # Direction: legs of LEG_WORDS words are counted down.
-        words = Signal(range(LEG_WORDS))
-        next_leg = Signal()
-        legs_left = Signal(range(self.legs + 1), init=self.legs - 1)
-        reverse = Signal()
-        leg = Signal(2)  # the third and later are all 2
-        last_part = Signal()
-        m.d.sync += [words.eq(words + 1), next_leg.eq(words == LEG_WORDS - 2), last_part.eq(legs_left == 0)]
-        legs_then = Signal.like(legs_left)
-        m.d.sync += legs_then.eq(Mux(last_part, self.legs - 1, legs_left - 1))
-        with m.If(next_leg):
-            m.d.sync += legs_left.eq(legs_then)
-            with m.If(last_part):
-                m.d.sync += reverse.eq(~reverse)
-                with m.If(leg != 2):
-                    m.d.sync += leg.eq(leg + 1)
+        # The way from the word's start to each sample.
+        reverse = delayed(m, self.reverse, STEPS_CLOCKS, name="reverse")
+        ways = [Signal(signed(STEPS_BITS + 1), name=f"way_{k}") for k in range(self.samples_per_word)]
+        signed_steps = Array([*range(1 << STEPS_BITS), *range(0, -(1 << STEPS_BITS), -1)])
+        m.d.sync += [way.eq(signed_steps[Cat(step, reverse)]) for way, step in zip(ways, steps, strict=True)]
 
-        # Stage 1: counts that each sample is on from the word's start.
-        fraction = Signal(RATE_BITS)
-        steps = [Signal(3, name=f"steps_{k}") for k in range(samples)]
-        reverse_1 = delayed(m, reverse, 1, name="reverse")
-        marker = Signal(samples, init=1)
-        marked = Signal(samples)
-        m.d.sync += marked.eq(0)
-        with m.If(next_leg):
-            m.d.sync += [marked.eq(marker), marker.eq(marker.rotate_left(1))]
-        for k in range(samples):
-            total = Signal(RATE_BITS + 3, name=f"total_{k}")
-            m.d.comb += total.eq(fraction + self.rate * (k + 1))
-            m.d.sync += steps[k].eq(total[RATE_BITS:])
-            if k == samples - 1:
-                m.d.sync += fraction.eq(total[:RATE_BITS])
+        # The angle at the word's start, in segments, each a clock behind the one below it.
+        segments, onward = [], ways[-1]
+        for low, high in segment_bounds(ANGLE_BITS):
+            segment = Signal(high - low, init=START_COUNT >> low & (1 << high - low) - 1, name=f"angle_{low}")
+            total, carry = Signal(signed(high - low + 2), name=f"total_{low}"), Signal(signed(2), name=f"carry_{low}")
+            m.d.comb += total.eq(segment + onward)
+            m.d.sync += [segment.eq(total), carry.eq(total[high - low :])]
+            segments.append(segment)
+            onward = carry
+        angle = aligned(m, segments, name="angle")
+        ways = [delayed(m, way, len(segments) - 1, name=f"way_{k}") for k, way in enumerate(ways)]
 
-        # Stage 2: the way from the word's start to each sample.
-        ways = [Signal(signed(4), name=f"way_{k}") for k in range(samples)]
-        for k in range(samples):
-            m.d.sync += ways[k].eq(Mux(reverse_1, -steps[k], steps[k]))
-
-        # Stage 3: the angle at the word's start, its upper part a clock behind its lower one.
-        start = START_COUNT % (1 << ANGLE_BITS)
-        lower = Signal(LOWER_BITS, init=start % (1 << LOWER_BITS))
-        carry = Signal(signed(2))
-        upper = Signal(ANGLE_BITS - LOWER_BITS, init=start >> LOWER_BITS)
-        onward = Signal(signed(LOWER_BITS + 2))
-        m.d.comb += onward.eq(lower + ways[-1])
-        m.d.sync += [lower.eq(onward[:LOWER_BITS]), carry.eq(onward[LOWER_BITS:]), upper.eq(upper + carry)]
-        lower_then = Signal.like(lower)
-        m.d.sync += lower_then.eq(lower)
-        angle = Cat(lower_then, upper)
-        ways = [delayed(m, way, 1, name=f"way_{k}") for k, way in enumerate(ways)]
-
-        # Stages 4 and 5: state of each sample, and whether its period is the one before, the same or the one after.
-        at_zero = self._near(m, angle[2:], 0, "zero")
-        at_fault = self._near(m, angle[2:], FAULT_PERIOD, "fault")
+        # State of each sample, and whether its period is the one before, the same or the one after.
         places = []
-        for k in range(samples):
-            place = Signal(signed(5), name=f"place_{k}")
-            m.d.comb += place.eq(angle[:2] + ways[k])
+        for k, way in enumerate(ways):
+            place = Signal(signed(STEPS_BITS + 2), name=f"place_{k}")
+            m.d.comb += place.eq(angle[:2] + way)
             places.append(delayed(m, place[:4], 2, name=f"place_{k}"))
-        leg_of_word = delayed(m, leg, GENERATOR_CLOCKS - 1, name="leg")
+        nearby = {}
+        for wanted in (0, 1, FAULT_PERIOD):
+            for period in (wanted - 1, wanted, wanted + 1):
+                if period not in nearby:
+                    nearby[period] = self._is_period(m, angle[2:], period % (1 << PERIODS_BITS))
 
-        # Stage 6: the lines, with their fault.
-        m.d.comb += self.strobe.eq(delayed(m, marked, GENERATOR_CLOCKS - 1, name="strobe"))
+        # The lines, with their faults.
+        dropped_edge, doubled_step, missing_index, wide_index = self.fault
+        forward = ~self.reverse
+        # Counts taken forward would be given back in reverse; without any zero pulse nothing would ever be homed.
+        faults = Cat(dropped_edge & forward, doubled_step & forward, missing_index & self.reverse, wide_index)
+        dropped_edge, doubled_step, missing_index, wide_index = delayed(m, faults, GENERATOR_CLOCKS - 1, name="fault")
         for k, place in enumerate(places):
-            state, on = place[:2], place[2:]
+            state, on = delayed(m, place[:2], 1, name=f"state_{k}"), place[2:]
+            at_zero, after_zero, at_fault = (Signal(name=f"at_{name}_{k}") for name in ("zero", "one", "fault"))
+            for here, wanted in ((at_zero, 0), (after_zero, 1), (at_fault, FAULT_PERIOD)):
+                m.d.sync += here.eq(Mux(on[1], nearby[wanted + 1], Mux(on[0], nearby[wanted - 1], nearby[wanted])))
             a, b = state[0] ^ state[1], state[1]
-            z = self._chosen(at_zero, on)
-            due = self._chosen(at_fault, on) & (leg_of_word == 0)
-            if self.fault == "dropped_edge":
-                a = a & ~due
-            elif self.fault == "doubled_step":
-                a = a & ~(due & (state == 1))
-            elif self.fault == "missing_index":
-                z = z & (leg_of_word != 1)
-            m.d.sync += [self.a[k].eq(a), self.b[k].eq(b), self.z[k].eq(z)]
+            m.d.sync += [
+                self.a[k].eq(a & ~(at_fault & (dropped_edge | (doubled_step & ~b)))),
+                self.b[k].eq(b),
+                self.z[k].eq((at_zero | (after_zero & wide_index)) & ~missing_index),
+            ]
+        self._strobe(m)
         return m
 
-    @staticmethod
-    def _near(m, period, wanted: int, name: str) -> list[Signal]:
-        """Registers that tell whether period + on is the wanted one, for on = 0, 1 and -1."""
-        near = []
-        for on in (0, 1, -1):
-            place = (wanted - on) % (1 << PERIODS_BITS)
-            half = PERIODS_BITS // 2
-            same = Signal(2, name=f"{name}_same_{len(near)}")
-            near.append(Signal(name=f"{name}_{len(near)}"))
-            m.d.sync += [
-                same.eq(Cat(period[:half] == place & (1 << half) - 1, period[half:] == place >> half)),
-                near[-1].eq(same.all()),
-            ]
-        return near
+    def _steps(self, m: Module) -> list[Signal]:
+        """Counts that each sample is on from the word's start, `STEPS_CLOCKS` after the word was asked for.
+
+        The accumulator is cut into segments, each a clock behind the one below it.
+        """
+        rate = Signal(RATE_BITS + STEPS_BITS)
+        m.d.sync += rate.eq(self.rate & self.run.replicate(RATE_BITS))
+        later = delayed(m, rate, 1, name="rate")
+        multiples = [skewed(m, later, name="rate1"), skewed(m, (later << 1)[: len(later)], name="rate2")]
+        if self.samples_per_word == 4:
+            twice = (rate[:-1] << 1).as_signed()
+            multiples.append(skewed_add(m, skewed(m, rate, name="rate3"), twice, name="rate3"))
+            multiples.append(skewed(m, (later << 2)[: len(later)], name="rate4"))
+        fraction = [Signal(high - low, name=f"fraction_{low}") for low, high in segment_bounds(RATE_BITS)]
+        steps = []
+        for k, segments in enumerate(multiples[: self.samples_per_word]):
+            carry = None
+            for place, (part, segment) in enumerate(zip(fraction, segments, strict=True)):
+                if part is fraction[-1]:
+                    # One bit more at the low end makes the carry in part of the same carry chain.
+                    total = (Cat(Const(1, 1), part) + Cat(carry, segment))[1 : 1 + len(segment)]
+                else:
+                    total = sum_and_carry(part, segment, carry)
+                carry = Signal(len(total) - len(part), name=f"carry_{k}_{place}")
+                m.d.sync += carry.eq(total[len(part) :])
+                if k == self.samples_per_word - 1:
+                    m.d.sync += part.eq(total)
+            steps.append(carry)
+        return steps
+
+    def _strobe(self, m: Module) -> None:
+        words = Signal(range(self.strobe_words))
+        # The strobe of the last word of each round, in one sample of it, the next time in the next one.
+        is_last = Signal()
+        m.d.sync += [words.eq(words + 1), is_last.eq(words == self.strobe_words - 2)]
+        marker, marked = Signal(self.samples_per_word, init=1), Signal(self.samples_per_word)
+        m.d.sync += marked.eq(marker & is_last.replicate(self.samples_per_word))
+        with m.If(is_last):
+            m.d.sync += marker.eq(marker.rotate_left(1))
+        m.d.comb += self.strobe.eq(delayed(m, marked, GENERATOR_CLOCKS - 1, name="strobe"))
 
     @staticmethod
-    def _chosen(near: list[Signal], on) -> Signal:
-        return Mux(on[1], near[2], Mux(on[0], near[1], near[0]))
+    def _is_period(m: Module, period, wanted: int) -> Signal:
+        """Two clocks later: whether the period of the word's start is the wanted one."""
+        half = PERIODS_BITS // 2
+        label = f"period_{wanted}"
+        same = Signal(2, name=f"{label}_same")
+        here = Signal(name=label)
+        m.d.sync += [
+            same.eq(Cat(period[:half] == wanted & (1 << half) - 1, period[half:] == wanted >> half)),
+            here.eq(same.all()),
+        ]
+        return here

@@ -1,47 +1,47 @@
-"""The self-test's square waves in numpy, word for word what `SquareWaveGenerator` makes."""
+"""The test generator's square waves in numpy, word for word what `SquareWaveGenerator` makes."""
 
 import numpy as np
 
+from arcref.link.registers import GENERATOR_FAULTS
 from arcref_gateware.boards.square_wave_generator import (
     FAULT_PERIOD,
     GENERATOR_CLOCKS,
-    LEG_WORDS,
     PERIODS_BITS,
     RATE_BITS,
     START_COUNT,
 )
 
 
-def square_wave_samples(words: int, samples_per_word: int, rate: int, legs: int, fault: str | None = None):
-    """Samples of the first `words` words after reset, oldest first.
+def square_wave_samples(samples_per_word: int, rate, *, run=True, reverse=False, fault=0, strobe_words: int = 256):
+    """Samples of the first words after reset, oldest first, as the words are asked for by the inputs.
 
-    Gives a dict of boolean arrays `a`, `b`, `z`, `strobe`, each of `words * samples_per_word` samples, and `count`,
-    the count (int64, not modulo a turn) that the encoder shows at each sample.
+    `rate` has an entry a word; `run`, `reverse` and `fault` have one, too, or are one number for all. Gives a dict of
+    boolean arrays `a`, `b`, `z`, `strobe`, each of `len(rate) * samples_per_word` samples, and `count`, the count
+    (int64, not modulo a turn) that the encoder shows at each sample. What is asked of the last `GENERATOR_CLOCKS`
+    words is not seen any more.
     """
-    moving = max(0, words - GENERATOR_CLOCKS)
-    word = np.arange(moving, dtype=np.int64)
-    leg = word // (LEG_WORDS * legs)
-    sign = np.where(leg % 2 == 0, 1, -1)
-    place = word[:, None] * samples_per_word + np.arange(samples_per_word + 1)
-    steps = (place * rate >> RATE_BITS) - (place[:, :1] * rate >> RATE_BITS)
-    start = START_COUNT + np.concatenate(([0], np.cumsum(sign * steps[:, -1])))[:moving]
-    count = start[:, None] + sign[:, None] * steps[:, 1:]
+    words = len(rate)
+    rate, run, reverse, fault = (np.broadcast_to(value, words)[:, None] for value in (rate, run, reverse, fault))
+    rate = rate.astype(np.int64) * run.astype(bool)
+    onward = np.concatenate((np.zeros(1, np.int64), np.cumsum(rate * samples_per_word)))[:-1, None]
+    ahead = onward + rate * np.arange(1, samples_per_word + 1)
+    steps = np.where(reverse, -1, 1) * ((ahead >> RATE_BITS) - (onward >> RATE_BITS))
+    start = START_COUNT + np.concatenate((np.zeros(1, np.int64), np.cumsum(steps[:, -1])))[:-1, None]
+    count = start + steps
 
     state, period = count & 3, (count >> 2) % (1 << PERIODS_BITS)
-    a, b, z = (state == 1) | (state == 2), state >= 2, period == 0
-    due = (period == FAULT_PERIOD) & (leg == 0)[:, None]
-    if fault == "dropped_edge":
-        a &= ~due
-    elif fault == "doubled_step":
-        a &= ~(due & (state == 1))
-    elif fault == "missing_index":
-        z &= (leg != 1)[:, None]
+    has = {name: fault >> bit & 1 == 1 for bit, name in enumerate(GENERATOR_FAULTS)}
+    backwards = reverse.astype(bool)
+    at_fault = (period == FAULT_PERIOD) & ~backwards
+    b = state >= 2
+    a = ((state == 1) | (state == 2)) & ~(at_fault & (has["dropped_edge"] | has["doubled_step"] & ~b))
+    z = ((period == 0) | (period == 1) & has["wide_index"]) & ~(has["missing_index"] & backwards)
     strobe = np.zeros_like(a)
-    strobed = word[(word + 1) % LEG_WORDS == 0]
-    strobe[strobed, (strobed // LEG_WORDS) % samples_per_word] = True
+    strobed = np.arange(strobe_words - 1, words, strobe_words)
+    strobe[strobed, np.arange(len(strobed)) % samples_per_word] = True
 
-    still = np.zeros((min(words, GENERATOR_CLOCKS), samples_per_word), bool)
-    lines = {name: np.concatenate((still, line)).ravel() for name, line in zip("abz", (a, b, z), strict=True)}
-    lines["strobe"] = np.concatenate((still, strobe)).ravel()
-    lines["count"] = np.concatenate((np.full(still.shape, START_COUNT), count)).ravel()
+    still = np.zeros((GENERATOR_CLOCKS, samples_per_word), bool)
+    lines = {"a": a, "b": b, "z": z, "strobe": strobe}
+    lines = {name: np.concatenate((still, line))[:words].ravel() for name, line in lines.items()}
+    lines["count"] = np.concatenate((np.full(still.shape, START_COUNT), count))[:words].ravel()
     return lines

@@ -8,6 +8,8 @@ SOURCES = (
     ("interpolator", ("a", "b", "z"), "square waves and zero pulse"),
     ("test bench", ("strobe",), "rising edge captures"),
     ("controller", ("spi_sck", "spi_cs_n", "spi_copi", "spi_cipo"), "SPI, mode 0"),
+    ("host computer", ("uart_rx", "uart_tx"), "serial link"),
+    ("whatever you trigger", ("compare",), "a pulse every so many counts"),
     ("nothing", (ALIGNMENT,), "checks the samplers: leave it open"),
 )
 """What stands on the left: name, its signals, what they are."""
@@ -21,6 +23,9 @@ SIGNAL_NAMES = {
     "spi_cs_n": "CS, active low",
     "spi_copi": "COPI",
     "spi_cipo": "CIPO",
+    "uart_rx": "UART, from the host",
+    "uart_tx": "UART, to the host",
+    "compare": "compare",
     ALIGNMENT: "alignment",
 }
 

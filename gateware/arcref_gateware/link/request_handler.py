@@ -223,6 +223,6 @@ class RequestHandler(wiring.Component):
         m.d.comb += [
             wants.eq(~states.ongoing("IDLE") | (self.ready & ~self.taken)),
             self.wants_sender.eq(wants),
-            self.wants_bus.eq(wants),
+            self.wants_bus.eq(wants & self.has_sender),  # SPI has it while an answer is being sent
         ]
         return m

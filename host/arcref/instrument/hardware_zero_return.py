@@ -11,7 +11,7 @@ from collections.abc import Callable
 from arcref.correction_rom import CorrectionRom
 from arcref.input_error import InputError
 from arcref.instrument.encoder import Encoder
-from arcref.instrument.shaft_drive import GeneratorDrive, UserDrive
+from arcref.instrument.shaft_drive import shaft_drive
 from arcref.instrument.zero_return_course import ZeroReturnCourse
 from arcref.instrument.zero_return_leg import ZeroReturnProgress
 from arcref.instrument.zero_return_summary import summary
@@ -28,6 +28,7 @@ def hardware_zero_return(
     *,
     revolutions: int = 10,
     generator_speed_rps: float | None = None,
+    generator_fault: str | None = None,
     rehome: bool = False,
     rom: CorrectionRom | None = None,
     timeout_s: float = 60.0,
@@ -37,7 +38,9 @@ def hardware_zero_return(
 ) -> ZeroReturnResult:
     """Run the test and return all it found; whether that passes, `result.passed` says.
 
-    `generator_speed_rps`: let the test generator turn; without it the user is asked to, by lines given to `ask`.
+    `generator_speed_rps`: let the test generator turn; where it turns in place of the shaft already, as it does from
+    power-up in a self-test bitstream, it is used at its own speed unless told otherwise. Without it the user is asked
+    to turn, by lines given to `ask`. `generator_fault`: one of `GENERATOR_FAULTS` for the generator to make.
     Fault flags are cleared at the start. The zero stays where it is, unless `rehome` (which the generator needs when
     the instrument is homed, because its zero mark is elsewhere) or when there is none yet. With `rom` every reading is
     compared with that image. Raises `InputError` for what cannot be done, `InstrumentError` when the shaft does not
@@ -53,10 +56,7 @@ def hardware_zero_return(
             f"the ROM image has CRC-32 0x{rom.crc32:08X}, the instrument carries 0x{identity.rom_crc32:08X}: "
             "it belongs to another encoder or another calibration"
         )
-    if generator_speed_rps is None:
-        drive = UserDrive(encoder, ask)
-    else:
-        drive = GeneratorDrive(encoder, generator_speed_rps, ask, may_home=rehome)
+    drive = shaft_drive(encoder, generator_speed_rps, generator_fault, ask, may_home=rehome)
     course = ZeroReturnCourse(encoder, revolutions, timeout_s, readings_per_s, progress, ask)
     try:
         course.run(drive, rehome)

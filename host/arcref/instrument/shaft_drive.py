@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from arcref.input_error import InputError
 from arcref.instrument.encoder import Encoder
-from arcref.instrument.generator_control import GeneratorControl, generator_rate
+from arcref.instrument.generator_control import GeneratorControl, fault_bits, generator_rate
 
 
 def _turns(number: int) -> str:
@@ -12,21 +12,12 @@ def _turns(number: int) -> str:
 
 
 class UserDrive:
-    """The user turns, by hand or with a motor; `ask` shows a line that says how.
-
-    Raises `InputError` while the test generator is in place of the encoder.
-    """
+    """The user turns, by hand or with a motor; `ask` shows a line that says how."""
 
     name = "hand or motor"
 
-    def __init__(self, encoder: Encoder, ask: Callable[[str], None]):
+    def __init__(self, ask: Callable[[str], None]):
         self._ask = ask
-        identity = encoder.identity
-        if identity.has_test_generator and GeneratorControl(encoder.registers, identity.sample_rate_hz).is_running():
-            raise InputError(
-                "the test generator runs, so the shaft is not seen; stop it with `arcref registers "
-                "generator_control=0`, or name a speed with --generator"
-            )
 
     def prepare(self) -> None:
         """Nothing to prepare."""
@@ -47,28 +38,46 @@ class UserDrive:
 
 
 class GeneratorDrive:
-    """The test generator turns. Its zero mark is not the encoder's, so a homed instrument must be homed on it.
+    """The test generator turns, at `speed_rps` or else at the speed at which it turns already, with a fault by name.
 
-    Raises `InputError` when this bitstream has none, when it cannot turn so fast, and when homing is needed and was
-    not allowed.
+    Without a name it keeps the faults that its register asks for. Its zero mark is not the encoder's, so an instrument
+    that was homed on the encoder must be homed on it. Raises `InputError` when this bitstream has none, when it cannot
+    turn so fast, stands and was given no speed, and when homing is needed and was not allowed.
     """
 
     name = "test generator"
 
-    def __init__(self, encoder: Encoder, speed_rps: float, ask: Callable[[str], None], *, may_home: bool):
+    def __init__(
+        self,
+        encoder: Encoder,
+        speed_rps: float | None,
+        ask: Callable[[str], None],
+        *,
+        fault: str | None = None,
+        may_home: bool,
+    ):
         identity = encoder.identity
         if not identity.has_test_generator:
             raise InputError(
                 f"{encoder.port}: this bitstream has no test generator; leave --generator out and turn the shaft, or "
-                "build a bitstream that has one"
+                "build a bitstream that has one (`arcref build --self-test`)"
             )
+        self._generator = GeneratorControl(encoder.registers, identity.sample_rate_hz)
+        self._found = self._generator.state()
+        if speed_rps is None:
+            if not self._found.turns:
+                raise InputError(
+                    "the test generator is in place of the shaft and stands; name a speed with --generator, or take it "
+                    "off with `arcref registers generator_control=0`"
+                )
+            speed_rps = self._found.speed_rps(identity.sample_rate_hz)
         generator_rate(speed_rps, identity.sample_rate_hz)
-        if not may_home and encoder.snapshot().homed:
+        self._faults = fault_bits(fault) or self._found.fault_bits
+        if not may_home and not self._found.runs and encoder.snapshot().homed:
             raise InputError(
                 "the test generator's zero mark is not the encoder's, so the zero must be set again: allow it with "
                 "--rehome, and home on the encoder afterwards"
             )
-        self._generator = GeneratorControl(encoder.registers, identity.sample_rate_hz)
         self._speed_rps, self._ask = speed_rps, ask
 
     def prepare(self) -> None:
@@ -77,13 +86,34 @@ class GeneratorDrive:
 
     def forward(self, turns: int, homes: bool) -> None:
         """Turn forward."""
-        self._generator.turn(self._speed_rps)
+        self._generator.turn(self._speed_rps, faults=self._faults)
 
     def reverse(self, turns: int) -> None:
         """Turn in reverse."""
-        self._generator.turn(self._speed_rps, reverse=True)
+        self._generator.turn(self._speed_rps, reverse=True, faults=self._faults)
 
     def stop(self) -> None:
-        """Give the encoder its lines back; the zero stays the generator's."""
+        """Leave it as it was found. Where that was the encoder's lines, the zero stays the generator's."""
+        if self._found.runs:
+            self._generator.restore(self._found)
+            return
         self._generator.stop()
         self._ask("The zero is the test generator's now: home again on the encoder with `arcref registers home=1`.")
+
+
+def shaft_drive(
+    encoder: Encoder, speed_rps: float | None, fault: str | None, ask: Callable[[str], None], *, may_home: bool
+) -> UserDrive | GeneratorDrive:
+    """The generator when it was asked for, or is in place of the shaft already; else the user.
+
+    Raises `InputError` as `GeneratorDrive` does, and for a fault without a generator.
+    """
+    identity = encoder.identity
+    generates = (
+        identity.has_test_generator and GeneratorControl(encoder.registers, identity.sample_rate_hz).state().runs
+    )
+    if speed_rps is not None or generates:
+        return GeneratorDrive(encoder, speed_rps, ask, fault=fault, may_home=may_home)
+    if fault is not None:
+        raise InputError("only the test generator makes faults: name its speed with --generator")
+    return UserDrive(ask)

@@ -41,6 +41,12 @@ def watch(encoder, form, seconds):
             before = now
 
 
+@click.command(params=list(watch.params))
+def monitor(**options):
+    """The same as watch."""
+    watch.callback(**options)
+
+
 def speed_rps(before: Snapshot, now: Snapshot) -> float | None:
     """Mean speed between two snapshots, by the instrument's own clock; None when they are of one instant."""
     elapsed_s = now.time_s - before.time_s

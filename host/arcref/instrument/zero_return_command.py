@@ -10,6 +10,7 @@ from arcref.instrument.connection import with_encoder
 from arcref.instrument.encoder import Encoder
 from arcref.instrument.hardware_zero_return import MOST_REVOLUTIONS, READINGS_PER_S, hardware_zero_return
 from arcref.instrument.zero_return_leg import ZeroReturnProgress
+from arcref.link.registers import GENERATOR_FAULTS
 from arcref.output_files import check_outputs
 from arcref.rom_image import load_rom
 from arcref.zero_return.outputs import print_result, write_outputs
@@ -33,6 +34,11 @@ FILE = click.Path(path_type=Path)
     type=float,
     metavar="RPS",
     help="Let the on-board test generator turn, at this speed, instead of the shaft.",
+)
+@click.option(
+    "--generator-fault",
+    type=click.Choice(list(GENERATOR_FAULTS)),
+    help="A fault for the test generator to make: the test must FAIL.",
 )
 @click.option("--rehome", is_flag=True, help="Let the first zero mark set the zero again.")
 @click.option("--rom", "rom_path", type=FILE, metavar="X.rom.json", help="Compare every reading with this ROM image.")
@@ -59,9 +65,9 @@ FILE = click.Path(path_type=Path)
 def zero_return(encoder, rom_path, json_path, page, **options):
     """Turn forward and back, and see every zero mark return to its count.
 
-    Turn the shaft by hand or with its motor as the lines say, or name a speed for the on-board test generator. Fault
-    flags are cleared at the start; the zero stays where it is unless --rehome is given. Ends with PASS (status 0) or
-    FAIL (status 1).
+    Turn the shaft by hand or with its motor as the lines say, or name a speed for the on-board test generator; in a
+    self-test bitstream it turns from power-up, and nothing need be named. Fault flags are cleared at the start; the
+    zero stays where it is unless --rehome is given. Ends with PASS (status 0) or FAIL (status 1).
     """
     check_outputs([json_path, page], [rom_path] if rom_path else [])
     rom = load_rom(rom_path) if rom_path else None

@@ -23,6 +23,17 @@ STROBE_EDGES = ("rising", "falling", "both")
 HOMING_MODES = ("once", "at the next index")
 ROM_STATES = ("checking", "good", "fault", "loading", "waiting for the index")
 
+GENERATOR_FAULTS = {
+    "dropped_edge": "A stays low for one period of it in each turn forward: four counts lost without an illegal step.",
+    "doubled_step": "Two counts at once in each turn forward: an illegal step.",
+    "missing_index": "No zero pulse comes in reverse.",
+    "wide_index": "The zero pulse is two periods of A wide, so the zero mark comes twice, four counts apart.",
+}
+"""Faults that the test generator can make, in the order of their bits from 2 on."""
+
+GENERATOR_RATE_STEP = 256
+"""The generator's rate is a multiple of this; the bits below are not used."""
+
 FAULT_LOG_ADDRESS = 0x0040
 FAULT_LOG_STRIDE = 8
 
@@ -178,9 +189,25 @@ REGISTERS = RegisterMap(
         Register("captures_lost", 0x00A4, 32, Access.READ, "Captures that found the FIFO full, since it was emptied."),
         Register("captures", 0x00A6, 32, Access.READ, "Captures since the FIFO was emptied, lost ones too."),
         # Test generator, where the gateware has one.
-        Register("generator_control", 0x00B0, 16, Access.WRITE, "Control of the test generator, see docs."),
         Register(
-            "generator_rate", 0x00B2, 32, Access.WRITE, "Counts in a sample period, in 1/2^32 count.", "counts/2^32"
+            "generator_control",
+            0x00B0,
+            2 + len(GENERATOR_FAULTS),
+            Access.WRITE,
+            "Control of the test generator.",
+            fields=(
+                Field("run", 0, 1, "1: it turns, and its A, B, Z and strobe are counted in place of the encoder's."),
+                Field("reverse", 1, 1, "1: it turns in reverse."),
+                *(Field(name, 2 + i, 1, meaning) for i, (name, meaning) in enumerate(GENERATOR_FAULTS.items())),
+            ),
+        ),
+        Register(
+            "generator_rate",
+            0x00B2,
+            32,
+            Access.WRITE,
+            f"Counts in a sample period; the lowest {GENERATOR_RATE_STEP.bit_length() - 1} bits are not used.",
+            "counts/2^32",
         ),
         # Trial tables.
         Register(

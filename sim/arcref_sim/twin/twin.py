@@ -21,6 +21,7 @@ from arcref_sim.twin.live_encoder import LiveEncoder
 from arcref_sim.twin.live_motion import LiveMotion
 from arcref_sim.twin.pseudo_terminal import PseudoTerminal
 from arcref_sim.twin.twin_core import SENT_AHEAD_BYTES, CompiledTwin, TwinCore
+from arcref_sim.twin.twin_instrument import TwinInstrument
 from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER
 
 APPROACH_COUNTS = 5000
@@ -66,6 +67,7 @@ class Twin:
 
     `rom`: the correction in it. `graduation`: the encoder's own error, none unless given. `speed_rps`: at which the
     shaft turns from the start, towards its zero mark from 5000 counts away. `realtime`: never faster than real time.
+    `has_test_generator`: build it with the on-board test generator.
     `sleep_after_s`: the instrument's time stands still when its port was silent so long, until a byte or a call comes.
     `change_bytes`: changes what the host sends, and what it is sent, as a bad cable would. `link`: see
     `PseudoTerminal`. `compiled`: the instrument with this ROM, when it was compiled before; it brings its own word
@@ -79,6 +81,7 @@ class Twin:
         samples_per_word: int = 4,
         word_clock_hz: float = DEFAULT_WORD_CLOCK_HZ,
         baud: float = DEFAULT_BAUD,
+        has_test_generator: bool = False,
         speed_rps: float = 0.0,
         graduation: GraduationError | None = None,
         waves: SquareWaves | None = None,
@@ -91,7 +94,8 @@ class Twin:
         compiled: CompiledTwin | None = None,
     ):
         if compiled is None:
-            design = ConnectedEncoder(rom, samples_per_word, word_clock_hz=word_clock_hz, baud=baud)
+            kind = TwinInstrument if has_test_generator else ConnectedEncoder
+            design = kind(rom, samples_per_word, word_clock_hz=word_clock_hz, baud=baud)
             compiled = CompiledTwin.of(design, folder)
         self.rom = rom
         self.core = TwinCore(compiled)

@@ -58,6 +58,7 @@ LONGEST_DELAY_NS = 1e6
     help="Samples a word; the word clock is 200 MHz.",
 )
 @click.option("--baud", type=click.IntRange(min=1), default=DEFAULT_BAUD, show_default=True, help="Of the UART's pins.")
+@click.option("--generator", is_flag=True, help="With the on-board test generator: `arcref zero-return --generator`.")
 @click.option("--link", type=FILE, default=DEFAULT_LINK, show_default=True, help="Symbolic link made to the port.")
 @click.option("--seconds", type=float, metavar="S", help="End by itself after so long.")
 @click.option("--realtime", is_flag=True, help="Never run faster than real time.")
@@ -71,8 +72,8 @@ LONGEST_DELAY_NS = 1e6
     help="Where compiled cores are kept.",
 )
 def twin(
-    rom_path, curve, speed, strobe_hz, random_strobes, jitter_ns, delay_ns, faults, noise, seed, samples, baud, link,
-    seconds, realtime, sleep_s, build_folder,
+    rom_path, curve, speed, strobe_hz, random_strobes, jitter_ns, delay_ns, faults, noise, seed, samples, baud, generator,
+    link, seconds, realtime, sleep_s, build_folder,
 ):  # fmt: skip
     """Run the instrument in simulation, on a serial port.
 
@@ -96,6 +97,7 @@ def twin(
         rom,
         samples_per_word=int(samples),
         baud=baud,
+        has_test_generator=generator,
         speed_rps=speed,
         graduation=graduation,
         waves=SquareWaves(jitter_ns=jitter_ns, delay_ns=delay_ns),

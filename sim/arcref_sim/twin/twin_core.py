@@ -12,6 +12,7 @@ from arcref_gateware.verilog_export import describe_core, export_verilog
 from arcref_sim.core_log import SPI_FRAME, NativeLog
 from arcref_sim.simulation_top import harness_ports, output_ports, simulation_top
 from arcref_sim.spi_plan import SpiPlan
+from arcref_sim.twin.twin_instrument import TwinInstrument
 from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER, build_library
 
 _FAR_AWAY = np.iinfo(np.int64).max // 2
@@ -45,7 +46,7 @@ class CompiledTwin:
     divisor: int
 
     @classmethod
-    def of(cls, design: ConnectedEncoder, folder: Path = DEFAULT_BUILD_FOLDER) -> "CompiledTwin":
+    def of(cls, design: ConnectedEncoder | TwinInstrument, folder: Path = DEFAULT_BUILD_FOLDER) -> "CompiledTwin":
         """Compiles a design unless that was done before. Raises as `build_library` does."""
         description = describe_core(design)
         top = simulation_top(description, plain=False, resting=())

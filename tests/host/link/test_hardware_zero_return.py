@@ -12,6 +12,7 @@ from arcref.angle import COUNTS_PER_TURN
 from arcref.flags import Flag
 from arcref.instrument import zero_return_leg
 from arcref.link.link import LinkLost
+from arcref.link.registers import GENERATOR_FAULTS
 from arcref.zero_return.figures import figures
 from arcref.zero_return.page import zero_return_page
 
@@ -217,10 +218,15 @@ def test_a_correction_that_is_off_is_stated(run):
 class GeneratedShaft(MovingShaft):
     """Turned by the test generator's registers."""
 
-    def __init__(self, **more):
+    def __init__(self, control=0, rate=0, **more):
         super().__init__(features=1, **more)
-        self |= {"generator_control": 0, "generator_rate": 0}
+        self |= {"generator_control": control, "generator_rate": rate}
         self.goals, self.on_step = [], self.follow
+
+    def attach(self, instrument):
+        """Put this behind the instrument, whose registers hold what they do at power-up."""
+        instrument.model.settings |= {name: self[name] for name in ("generator_control", "generator_rate")}
+        return super().attach(instrument)
 
     def follow(self):
         """Take goal and speed from the registers."""
@@ -240,7 +246,7 @@ def test_the_generator_turns_forward_and_back_and_is_stopped(run):
     assert result.speed_rps == pytest.approx(25)
     assert result.instrument.driven_by == "test generator"
     names = [pair for pair in instrument.written if pair[0].startswith(("generator", "clear"))]
-    rate = round(25 * COUNTS_PER_TURN / 8e8 * 2**32)
+    rate = round(25 * COUNTS_PER_TURN / 8e8 * 2**24) * 256
     assert names == [
         ("generator_rate", 0),
         ("generator_control", 1),
@@ -269,6 +275,13 @@ def test_the_generator_is_stopped_after_a_failure(run):
         ({"generator_speed_rps": 96.0}, {"features": 1}, r"cannot turn at 96 r/s: .* 95\.37 r/s at most"),
         ({"generator_speed_rps": float("nan")}, {"features": 1}, "cannot turn at nan r/s"),
         ({"generator_speed_rps": 10.0}, {"features": 1, "homed": True}, "allow it with --rehome"),
+        ({"generator_speed_rps": 1e-7}, {"features": 1}, r"must be 5\.7e-06 r/s at least and"),
+        ({"generator_fault": "wide_index"}, {"features": 1}, "only the test generator makes faults"),
+        (
+            {"generator_speed_rps": 9.0, "generator_fault": "wide"},
+            {"features": 1},
+            "makes no fault 'wide'; it makes dropped_edge, doubled_step, missing_index, wide_index",
+        ),
         ({"revolutions": 1001}, {}, r"1001 revolutions were asked for, 0 \.\. 1000 were expected"),
         ({"timeout_s": 0.0}, {}, "time-out and readings a second must be above 0"),
     ],
@@ -281,10 +294,36 @@ def test_what_cannot_be_done_is_refused_before_anything_is_written(options, shaf
         assert instrument.written == []
 
 
+def test_a_generator_that_turns_from_power_up_is_used_as_it_is_and_left_so(run):
+    """A self-test bitstream: nothing is wired and nothing is named, and it was homed on the generator long ago."""
+    rate = round(20 * COUNTS_PER_TURN / 8e8 * 2**24) * 256
+    shaft = GeneratedShaft(1, rate, step_s=0.004, homed=True)
+    result, shaft, _, lines = run(2, shaft=shaft)
+    assert result.passed, failed(result)
+    assert result.instrument.driven_by == "test generator"
+    assert result.speed_rps == pytest.approx(20)
+    assert (shaft["generator_control"], shaft["generator_rate"]) == (1, rate)
+    assert lines == []
+
+
+@pytest.mark.parametrize("fault", GENERATOR_FAULTS)
+def test_the_generator_is_asked_for_the_fault(run, fault):
+    bits = 4 << list(GENERATOR_FAULTS).index(fault)
+    options = {"generator_speed_rps": 25.0, "generator_fault": fault}
+    _, _, instrument, _ = run(1, options=options, shaft=GeneratedShaft(step_s=0.004))
+    assert [value for name, value in instrument.written if name == "generator_control"] == [1, 1 | bits, 3 | bits, 0]
+
+
+def test_a_fault_that_the_register_asks_for_stays(run):
+    shaft = GeneratedShaft(0b100001, 1 << 28, step_s=0.004)
+    _, shaft, instrument, _ = run(1, shaft=shaft)
+    assert [value for name, value in instrument.written if name == "generator_control"] == [1, 0x21, 0x23, 0x21]
+
+
 def test_a_shaft_that_is_not_seen_is_refused():
     with PseudoInstrument({"features": 1}) as instrument, Encoder(instrument.port) as encoder:
         encoder.registers.generator_control = 1
-        with pytest.raises(InputError, match="the test generator runs, so the shaft is not seen"):
+        with pytest.raises(InputError, match="in place of the shaft and stands; name a speed with --generator"):
             encoder.zero_return()
 
 
