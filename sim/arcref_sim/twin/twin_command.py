@@ -72,8 +72,8 @@ LONGEST_DELAY_NS = 1e6
     help="Where compiled cores are kept.",
 )
 def twin(
-    rom_path, curve, speed, strobe_hz, random_strobes, jitter_ns, delay_ns, faults, noise, seed, samples, baud, generator,
-    link, seconds, realtime, sleep_s, build_folder,
+    rom_path, curve, speed, strobe_hz, random_strobes, jitter_ns, delay_ns, faults, noise, seed, samples, baud,
+    generator, link, seconds, realtime, sleep_s, build_folder,
 ):  # fmt: skip
     """Run the instrument in simulation, on a serial port.
 
