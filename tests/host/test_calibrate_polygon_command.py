@@ -205,6 +205,17 @@ def test_as_found_and_as_left(run, calibrate, tmp_path):
     assert "As left" in page or "as left" in page
 
 
+def test_the_second_run_that_verifies_is_shown_beside_a_run_as_left(run, calibrate):
+    found, second = run(), run("second.csv", seed=5)
+    left = run("left.csv", harmonics=((1, 0.2), (2, 0.1)), seed=3)
+    result, _ = calibrate(found, "--compare", "--verify", second, "--as-left", left)
+    as_found, as_left = result.stdout.split("as left: Fits side by side")
+    assert "as found: Fits side by side" in as_found
+    head = as_found[as_found.index("as found: Fits") :]
+    assert "second" in head
+    assert "second" not in as_left[: as_left.index("no correction")]
+
+
 def test_two_encoders_are_not_one_found_and_left(run, arcref, tmp_path):
     found = run()
     left = run("left.csv", metadata=(*STATED, ("encoder_serial", "AR-8")))

@@ -12,11 +12,12 @@ from arcref.angle import ARCSEC_PER_COUNT
 from arcref.calibration.correction_budget import interpolation_u_arcsec, line_phasor_of
 from arcref.calibration.fit_transfer import FitTransfer
 from arcref.calibration.fits.fit_names import fit_curve
-from arcref.calibration.metadata_keys import KEYS_BY_NAME, METADATA_KEYS, stated_number
+from arcref.calibration.metadata_keys import KEYS_BY_NAME, METADATA_KEYS
 from arcref.calibration.polygon_budget import TILT_LIMIT_FACTOR, face_contributions, face_u_arcsec, polygon_budget
 from arcref.calibration.polygon_inputs import PolygonInputs
 from arcref.calibration.polygon_reduction import reduce_polygon
 from arcref.calibration.polygon_run import read_polygon_run
+from arcref.calibration.stated_values import stated_number
 from arcref.calibration.tower_tilt import horizontal_reading_arcsec
 from arcref.calibration.uncertainty_budget import Contribution, UncertaintyBudget
 from arcref.error_curve import ErrorCurve

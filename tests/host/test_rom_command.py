@@ -315,3 +315,19 @@ def test_outside_an_arc_the_table_is_0_and_the_edge_is_said(tmp_path, arcref, fi
     assert figures["step_at_last_edge_arcsec"] == pytest.approx(
         (image.correct((last + 1) * 2048) - after) * 1296000 / 2**23, abs=0.1
     )
+
+
+def test_an_arc_has_places_and_no_faces(tmp_path, arcref):
+    angle = [2.0 * place for place in range(21)]
+    curve = {
+        "angle_deg": angle,
+        "error_arcsec": [float(np.sin(np.radians(9 * deg))) for deg in angle],
+        "u_arcsec": [0.2] * 21,
+        "arc_deg": [0.0, 40.0],
+    }
+    (tmp_path / "arc.json").write_text(json.dumps(CALIBRATION | {"kind": "theodolite", "curve": curve}))
+    result = arcref("rom", tmp_path / "arc.json", "-o", tmp_path / "x.rom.json")
+    assert result.exit_code == 0, result.output
+    assert "places" in result.stdout
+    assert "residual at the places" in result.stdout
+    assert "face" not in result.stdout

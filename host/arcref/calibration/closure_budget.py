@@ -10,9 +10,9 @@ from arcref.calibration.closure_run import ClosureRun
 from arcref.calibration.closure_solution import ClosureSolution
 from arcref.calibration.correction_budget import correction_contributions, line_phasor_of
 from arcref.calibration.fit_transfer import FitTransfer
-from arcref.calibration.metadata_keys import stated_number
 from arcref.calibration.polygon_budget import TILT_LIMIT_FACTOR
 from arcref.calibration.stated_contributions import autocollimator, eccentric_mounting, temperature
+from arcref.calibration.stated_values import stated_number
 from arcref.calibration.uncertainty_budget import Contribution, MissingInput, UncertaintyBudget
 
 

@@ -14,7 +14,7 @@ from arcref.calibration.closure_sections import outlier_rows, reading_name
 from arcref.calibration.closure_solution import FALSE_ALARM, ClosureSolution, solve_closure
 from arcref.calibration.fit_sections import aliasing_warning
 from arcref.calibration.fits.curve_fit import FittedCurve
-from arcref.calibration.metadata_keys import stated_number
+from arcref.calibration.stated_values import stated_number
 
 OUTLIERS_NAMED = 5
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from arcref.angle import ARCSEC_PER_COUNT, LINES_PER_TURN
 from arcref.calibration.fit_transfer import FitTransfer, line_middles_deg
-from arcref.calibration.metadata_keys import stated_number
+from arcref.calibration.stated_values import stated_number
 from arcref.calibration.uncertainty_budget import Contribution, MissingInput
 from arcref.run_file import RunFile
 

@@ -5,10 +5,10 @@ import math
 import numpy as np
 
 from arcref.calibration.calibration_result import Check
-from arcref.calibration.metadata_keys import stated_number
 from arcref.calibration.polygon_mistakes import outliers
 from arcref.calibration.polygon_reduction import PolygonReduction, series_residual
 from arcref.calibration.polygon_run import PolygonRun
+from arcref.calibration.stated_values import stated_number
 from arcref.calibration.tilt_tolerance import TiltTolerance
 from arcref.error_curve import CLOSURE_TOLERANCE_ARCSEC
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arcref.calibration.metadata_keys import stated_number, stated_standard_uncertainty
 from arcref.calibration.polygon_reduction import PolygonReduction, unreferenced_errors
+from arcref.calibration.stated_values import stated_number, stated_standard_uncertainty
 from arcref.calibration.tower_tilt import TowerTilt
 from arcref.run_file import RunFile
 

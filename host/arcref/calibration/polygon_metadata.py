@@ -1,6 +1,6 @@
 """What every run with a polygon states in its metadata: number of faces, sign of the autocollimator."""
 
-from arcref.calibration.metadata_keys import stated_number, stated_plus_or_minus_one
+from arcref.calibration.stated_values import stated_number, stated_plus_or_minus_one
 from arcref.input_error import InputError
 from arcref.run_file import RunFile
 

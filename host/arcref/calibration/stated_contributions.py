@@ -7,7 +7,7 @@ Each function takes the run and the sensitivity of the result to an independent 
 import math
 from collections.abc import Iterator
 
-from arcref.calibration.metadata_keys import stated_number, stated_standard_uncertainty
+from arcref.calibration.stated_values import stated_number, stated_standard_uncertainty
 from arcref.calibration.uncertainty_budget import Contribution, MissingInput
 from arcref.run_file import RunFile
 

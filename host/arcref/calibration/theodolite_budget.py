@@ -13,8 +13,8 @@ import numpy as np
 
 from arcref.calibration.correction_budget import correction_contributions, line_phasor_of
 from arcref.calibration.fit_transfer import FitTransfer
-from arcref.calibration.metadata_keys import stated_number
 from arcref.calibration.stated_contributions import temperature
+from arcref.calibration.stated_values import stated_number
 from arcref.calibration.theodolite_run import TheodoliteRun
 from arcref.calibration.theodolite_solution import ARCSEC_PER_RAD, ArcReadings, ArcSensitivity, ArcSolution, solve_arc
 from arcref.calibration.uncertainty_budget import Contribution, MissingInput, UncertaintyBudget

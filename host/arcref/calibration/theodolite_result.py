@@ -7,7 +7,7 @@ from arcref.calibration.calibration_provenance import calibration_provenance
 from arcref.calibration.calibration_result import CalibrationResult, SeriesErrors
 from arcref.calibration.fit_options import USUAL_FIT, FitOptions, fit_report
 from arcref.calibration.fits.fit_names import fit_curve
-from arcref.calibration.metadata_keys import stated_number
+from arcref.calibration.stated_values import stated_number
 from arcref.calibration.theodolite_budget import arc_budget, azimuth_noise, place_covariance_arcsec2, zenith_noise
 from arcref.calibration.theodolite_checks import (
     arc_checks,

@@ -8,7 +8,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from arcref.calibration.metadata_keys import stated_number
+from arcref.calibration.stated_values import stated_number
 from arcref.calibration.tower_tilt import ARCSEC_PER_RADIAN, TowerTilt
 from arcref.run_file import RunFile
 

@@ -9,7 +9,7 @@ of 67.5, 112.5, 247.5 and 292.5 deg the largest error against face 1 is 9.7 % mo
 import math
 from dataclasses import dataclass
 
-from arcref.calibration.metadata_keys import stated_number
+from arcref.calibration.stated_values import stated_number
 from arcref.calibration.tower_tilt import ARCSEC_PER_RADIAN
 from arcref.run_file import RunFile
 

@@ -39,7 +39,7 @@ def _plot_read(axes, result: DynamicError) -> None:
             label=f"{group.speed_rps:+.4g} r/s",
         )
     axes.set(title="As read: encoder under test less reference", xlabel="angle in deg", ylabel="arcsec", xlim=(0, 360))
-    axes.legend(loc="upper right", fontsize=7, markerscale=4, ncols=2)
+    axes.legend(loc="lower right", bbox_to_anchor=(1, 1), fontsize=7, markerscale=4, ncols=min(len(result.groups), 6))
 
 
 def _plot_angle(axes, result: DynamicError) -> None:

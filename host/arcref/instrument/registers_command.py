@@ -11,7 +11,7 @@ from arcref.atomic_file import write_text
 from arcref.input_error import InputError
 from arcref.instrument.connection import JSON_FILE, with_encoder
 from arcref.instrument.register_access import find_register
-from arcref.link.register import Access, Register
+from arcref.link.register import Access, Field, Register
 from arcref.link.registers import REGISTERS
 
 
@@ -74,11 +74,14 @@ def _table(values: dict[str, int]) -> Table:
         table.add_column(head, justify="right" if head == "value" else "left", no_wrap=head != "unit or fields")
     for name, value in values.items():
         register = REGISTERS[name]
-        fields = ", ".join(f"{field.name} {_field_text(field, value)}" for field in register.fields)
+        fields = ", ".join(filter(None, (_field_text(field, value) for field in register.fields)))
         table.add_row(f"{register.address:#06x}", name, str(value), Text(register.unit or fields))
     return table
 
 
-def _field_text(field, value: int) -> str:
+def _field_text(field: Field, value: int) -> str:
+    """What a field says: its choice or number, or of a single bit its name where it is 1."""
     number = field.extract(value)
-    return field.choices[number] if number < len(field.choices) else str(number)
+    if field.width == 1 and not field.choices:
+        return field.name if number else ""
+    return f"{field.name} {field.choices[number] if number < len(field.choices) else number}"

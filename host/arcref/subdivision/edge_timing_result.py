@@ -6,7 +6,7 @@ import numpy as np
 
 from arcref.angle import ARCSEC_PER_COUNT, ARCSEC_PER_TURN, LINES_PER_TURN
 from arcref.calibration.calibration_result import CalibrationResult, ReportSection
-from arcref.calibration.metadata_keys import stated_number
+from arcref.calibration.stated_values import stated_number
 from arcref.calibration.uncertainty_budget import Contribution, MissingInput, UncertaintyBudget
 from arcref.run_file import RunFile
 from arcref.subdivision.count_plots import line_error_plot, ripple_plot

@@ -4,7 +4,7 @@ import math
 
 from arcref.angle import ARCSEC_PER_COUNT, LINES_PER_TURN
 from arcref.calibration.calibration_result import CalibrationResult, ReportSection
-from arcref.calibration.metadata_keys import stated_standard_uncertainty
+from arcref.calibration.stated_values import stated_standard_uncertainty
 from arcref.calibration.uncertainty_budget import Contribution, MissingInput, UncertaintyBudget
 from arcref.run_file import RunFile
 from arcref.subdivision.count_plots import line_error_plot

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_LINE
-from arcref.calibration.metadata_keys import stated_plus_or_minus_one
+from arcref.calibration.stated_values import stated_plus_or_minus_one
 from arcref.subdivision.line_wave import FEWEST_ORDERS, largest_phase_gap_rad, orders_told_apart, phase_rad
 from arcref.subdivision.whole_counts import check_line_count, whole_counts
 

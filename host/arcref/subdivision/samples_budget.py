@@ -6,8 +6,8 @@ import numpy as np
 
 from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_LINE
 from arcref.calibration.correction_budget import HALF_COUNT_U
-from arcref.calibration.metadata_keys import stated_number
 from arcref.calibration.stated_contributions import temperature
+from arcref.calibration.stated_values import stated_number
 from arcref.calibration.uncertainty_budget import Contribution, MissingInput, UncertaintyBudget
 from arcref.correction_rom import SUBDIVISION_CELL_COUNTS
 from arcref.subdivision.samples_findings import SamplesFindings

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from arcref.angle import LINES_PER_TURN
-from arcref.calibration.metadata_keys import stated_number
+from arcref.calibration.stated_values import stated_number
 from arcref.input_error import InputError
 from arcref.run_file import RunFile
 from arcref.subdivision.equal_angle_sampling import FEWEST_PERIODS, SAMPLES_PER_PERIOD, EqualAngleSamples, resample

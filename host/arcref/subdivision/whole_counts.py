@@ -3,7 +3,7 @@
 import numpy as np
 
 from arcref.angle import LINES_PER_TURN
-from arcref.calibration.metadata_keys import stated_number
+from arcref.calibration.stated_values import stated_number
 
 
 def whole_counts(run, column: str) -> np.ndarray:
