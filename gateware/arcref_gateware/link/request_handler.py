@@ -5,7 +5,8 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from arcref.link.packet import MOST_WORDS, Kind, Status
-from arcref_gateware.link.packet_memory import PART_BITS, READ_CLOCKS
+from arcref_gateware.link.buffer_memory import READ_CLOCKS
+from arcref_gateware.link.packet_memory import PART_BITS
 from arcref_gateware.link.register_bus import STATUS_BITS, RegisterBus, Request
 
 HEAD_BYTES = 4
