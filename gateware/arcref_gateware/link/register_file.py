@@ -205,7 +205,7 @@ class RegisterFile(wiring.Component):
         incomplete, refused = Signal(), Signal()
         unknown, read_only, out_of_range, not_now = Signal(), Signal(), Signal(), Signal()
         m.d.sync += [
-            incomplete.eq((decoder.later_word & ~bus.following) | (decoder.two_words & (bus.words_left[1:] == 0))),
+            incomplete.eq((decoder.later_word & ~bus.following) | (decoder.two_words & bus.is_last)),
             refused.eq(decoder.misfit | incomplete),
             unknown.eq(~is_read & ~in_window & ~decoder.known),
             read_only.eq(~is_read & ~in_window & decoder.known & ~decoder.writable),
