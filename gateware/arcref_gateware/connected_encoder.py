@@ -50,8 +50,8 @@ class ConnectedEncoder(wiring.Component):
     """`ReferenceEncoder` and everything by which it is set, read and captured.
 
     Parameters: those of the core; `word_clock_hz`, which the registers state and the baud rate is made from; `baud`;
-    `settings`: reset values of registers other than the declaration's; `capture_depth`, the captures that the FIFO
-    holds, a power of two: up to 256 take eight block RAMs of an iCE40, up to 1024 eight of an ECP5.
+    `capture_depth`, the captures that the FIFO holds, a power of two: up to 256 take eight block RAMs of an iCE40, up
+    to 1024 eight of an ECP5; `settings`: reset values of registers other than the declaration's.
     Raises ValueError for a baud rate that the clock cannot give. The ports of the core mean what they mean there.
     """
 

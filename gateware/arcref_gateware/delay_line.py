@@ -1,4 +1,4 @@
-"""A wide value that waits for many clocks: registers, or block RAM where registers are scarce and block RAM is not."""
+"""A wide value that waits for many clocks: registers, or block RAM where registers are the scarcer of the two."""
 
 from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
@@ -11,9 +11,9 @@ LEAST_MEMORY_CLOCKS = 3
 """Shortest delay through a memory: it is written, read, and the word registered behind its slow output."""
 
 
-def is_ice40(platform) -> bool:
-    """Whether `platform` builds for an iCE40."""
-    return str(getattr(platform, "device", "")).lower().startswith("ice40")
+def is_short_of_registers(platform) -> bool:
+    """Whether `platform` builds for an UP5K. An HX8K is short of block RAM, and an ECP5 of neither."""
+    return str(getattr(platform, "device", "")).lower().startswith("ice40up")
 
 
 class DelayLine(wiring.Component):
@@ -34,7 +34,7 @@ class DelayLine(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        if not is_ice40(platform) or self.clocks < LEAST_MEMORY_CLOCKS:
+        if not is_short_of_registers(platform) or self.clocks < LEAST_MEMORY_CLOCKS:
             m.d.comb += self.delayed.eq(delayed(m, self.value, self.clocks, name="value"))
             return m
         ahead = self.clocks - LEAST_MEMORY_CLOCKS + 1
