@@ -9,7 +9,7 @@ import contextlib
 import queue
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from arcref.angle import COUNTS_PER_TURN, counts_to_deg
 from arcref.correction_rom import CorrectionRom
 from arcref.flags import FAULT_FLAGS, Flag
 from arcref.input_error import InputError
-from arcref.instrument.captures import UNKNOWN_LOSS, capture_array, lost_together
+from arcref.instrument.captures import UNKNOWN_LOSS, after, capture_array, lost_together
 from arcref.instrument.identity import Identity, read_identity
 from arcref.instrument.kept_link import KeptLink
 from arcref.instrument.register_access import RegisterAccess
@@ -154,13 +154,15 @@ class Encoder:
     def stream(self, timeout_s: float | None = None) -> Iterator[tuple[int, CaptureRecord]]:
         """Captures as they come: pairs of how many were lost just before, and the record.
 
-        -1 lost: nobody knows how many. Ends only by `close`, by leaving the loop, or by an error: `InstrumentError`
-        when `timeout_s` pass without a capture, `LinkLost` when the port went away and did not come back in time, or
-        came back with an instrument that had been switched off and so lost its zero and settings.
+        -1 lost: nobody knows how many. The instrument's clock begins anew after 2^48 sample periods (98 h at 800 M
+        samples/s); the times given here go on. Ends only by `close`, by leaving the loop, or by an error:
+        `InstrumentError` when `timeout_s` pass without a capture, `LinkLost` when the port went away and did not come
+        back in time, or came back with an instrument that had been switched off and so lost its zero and settings.
         """
         before = StreamState.of(self) if self.reconnect_s else None
         self.start_captures()
         lost = total = 0  # lost before the next record; since the FIFO was emptied
+        time_samples = 0
         try:
             while True:
                 record = self._next_record(timeout_s)
@@ -175,7 +177,8 @@ class Encoder:
                 elif isinstance(record, Gap):
                     lost = UNKNOWN_LOSS
                 else:
-                    yield lost, record
+                    time_samples = after(time_samples, record.time)
+                    yield lost, replace(record, time=time_samples) if time_samples != record.time else record
                     lost = 0
         finally:
             self._stop_captures()
