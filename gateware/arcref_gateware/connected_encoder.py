@@ -11,8 +11,9 @@ from arcref_gateware.link.capture_fifo import CaptureFifo
 from arcref_gateware.link.compare_output import CompareOutput
 from arcref_gateware.link.fault_counter import FaultCounter
 from arcref_gateware.link.register_file import RegisterFile
+from arcref_gateware.link.register_layout import TALLY_BITS, fault_flags
 from arcref_gateware.link.spi_door import SpiDoor
-from arcref_gateware.link.status_recorder import StatusRecorder, fault_flags
+from arcref_gateware.link.status_recorder import StatusRecorder
 from arcref_gateware.link.strobe_source import StrobeSource
 from arcref_gateware.link.trial_tables import TrialTables
 from arcref_gateware.link.uart_door import UartDoor
@@ -22,7 +23,7 @@ from arcref_gateware.reference_encoder import ReferenceEncoder
 DEFAULT_BAUD = 3_000_000
 DEFAULT_WORD_CLOCK_HZ = 200e6
 CAPTURE_DEPTH = 256
-"""Captures that the FIFO holds: eight block RAMs of an iCE40."""
+"""Captures that the FIFO holds when nobody says otherwise."""
 
 CORE_INPUTS = ("a", "b", "z", "spi_sck", "spi_cs_n", "spi_copi")
 CORE_OUTPUTS = (
@@ -49,7 +50,8 @@ class ConnectedEncoder(wiring.Component):
     """`ReferenceEncoder` and everything by which it is set, read and captured.
 
     Parameters: those of the core; `word_clock_hz`, which the registers state and the baud rate is made from; `baud`;
-    `settings`: reset values of registers other than the declaration's.
+    `capture_depth`, the captures that the FIFO holds, a power of two: up to 256 take eight block RAMs of an iCE40, up
+    to 1024 eight of an ECP5; `settings`: reset values of registers other than the declaration's.
     Raises ValueError for a baud rate that the clock cannot give. The ports of the core mean what they mean there.
     """
 
@@ -73,8 +75,17 @@ class ConnectedEncoder(wiring.Component):
         self.divisor = baud_divisor(word_clock_hz, baud)
         self.capture_depth = capture_depth
         self.has_test_generator = has_test_generator
+        constants = {
+            "magic": MAGIC,
+            "protocol": PROTOCOL_VERSION,
+            "gateware": GATEWARE_VERSION,
+            "samples_per_word": samples_per_word,
+            "word_clock_hz": round(word_clock_hz),
+            "capture_depth": capture_depth,
+            "features": int(has_test_generator),
+        }
         resets = {"strobe_delay": strobe_delay, "gate_state": gate_state[0] | gate_state[1] << 1}
-        self.registers = RegisterFile(resets | (settings or {}))
+        self.registers = RegisterFile(constants, resets | (settings or {}))
         members = self.core.signature.members
         super().__init__(
             {name: members[name] for name in (*CORE_INPUTS, "strobe", *CORE_OUTPUTS)}
@@ -128,6 +139,7 @@ class ConnectedEncoder(wiring.Component):
         self._join_doors(m, file, uart, spi)
         connect(m, core.spi_registers, spi.registers)
         connect(m, trial.access, core.tables)
+        connect(m, uart.capture, fifo.oldest)
 
         time = Cat(Const(self.samples_per_word - 1, self.samples_per_word.bit_length() - 1), core.words)
         m.d.comb += [
@@ -139,20 +151,14 @@ class ConnectedEncoder(wiring.Component):
             fifo.corrected.eq(core.capture_position),
             fifo.flags.eq(core.flags),
             fifo.clear.eq(file.capture_clear),
+            file.captures_cleared.eq(fifo.cleared),
             uart.enable.eq(file.capture_enable),
-            fifo.taken.eq(uart.capture.taken),
-            uart.capture.ready.eq(fifo.ready),
-            uart.capture.time.eq(fifo.out_time),
-            uart.capture.raw.eq(fifo.out_raw),
-            uart.capture.correction.eq(fifo.out_correction),
-            uart.capture.flags.eq(fifo.out_flags),
-            uart.capture.after_loss.eq(fifo.out_after_loss),
-            uart.capture.lost.eq(fifo.out_lost),
             compare.position.eq(core.position),
             compare.homed.eq(core.homed),
             compare.period.eq(file.compare_period),
             compare.start.eq(file.compare_start),
             compare.width.eq(file.compare_width),
+            compare.restart.eq(file.grid_written),
             self.compare.eq(compare.pulse),
             recorder.raw_position.eq(core.raw_position),
             recorder.position.eq(core.position),
@@ -161,8 +167,9 @@ class ConnectedEncoder(wiring.Component):
             recorder.homed.eq(core.homed),
             recorder.snapshot.eq(file.snapshot),
             file.snapshot_done.eq(recorder.snapshot_done),
-            recorder.address.eq(file.recorded_address),
-            file.recorded_word.eq(recorder.word),
+            file.record_valid.eq(recorder.record_valid),
+            file.record_place.eq(recorder.record_place),
+            file.record.eq(recorder.record),
             trial.command.eq(file.trial),
             trial.index.eq(core.index),
             trial.address.eq(file.window_address),
@@ -174,23 +181,17 @@ class ConnectedEncoder(wiring.Component):
             self.generator_rate.eq(file.generator_rate),
         ]
 
+        # Of a count that the register file keeps, it is told the lowest bits or, when events are rare, the lowest one.
         values = {
-            "magic": MAGIC,
-            "protocol": PROTOCOL_VERSION,
-            "gateware": GATEWARE_VERSION,
-            "samples_per_word": self.samples_per_word,
-            "word_clock_hz": round(self.word_clock_hz),
-            "capture_depth": self.capture_depth,
-            "features": int(self.has_test_generator),
             "rom_crc32": trial.crc32,
             "rom_state": trial.state,
             "snapshot_number": recorder.snapshot_number,
             "flags": core.flags,
             "closure_error": core.closure_error,
             "largest_closure_error": core.largest_closure_error,
-            "index_count": core.index_count,
+            "index_count": core.index_count[:TALLY_BITS],
             "shortest_edge_spacing": core.shortest_edge_spacing,
-            "packets_refused": uart.packets_refused,
+            "packets_refused": uart.packets_refused[0],
             "link_state": uart.requests_obeyed,
             "illegal_steps": core.illegal_steps,
             "compare_count": compare.count,
@@ -216,7 +217,7 @@ class ConnectedEncoder(wiring.Component):
         ]
         bus = file.bus
         m.d.comb += [uart.has_bus.eq(uart_has & uart.wants_bus), spi.has_bus.eq(spi_has & spi.wants_bus)]
-        for name in ("valid", "request", "address", "following", "words_left", "write_word"):
+        for name in ("valid", "request", "address", "following", "is_last", "write_word"):
             m.d.comb += getattr(bus, name).eq(Mux(spi_has, getattr(spi.bus, name), getattr(uart.bus, name)))
         for door, has in ((uart, uart_has), (spi, spi_has)):
             m.d.comb += [

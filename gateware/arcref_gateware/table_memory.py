@@ -21,11 +21,16 @@ WORD_BITS = 16
 DP16KD_ADDRESS_BITS = 14
 """Address lines of an ECP5 block RAM. They count bits; the lowest ones are not used by wider words."""
 
-DP16KD_WORDS = {18: 1024, 4: 4096}
+DP16KD_WORDS = {18: 1024, 4: 4096, 2: 8192}
 """Words of an ECP5 block RAM, by their width in bits."""
 
 DP16KD_ROW_WORDS = 16
 """Words of 18 bits in one `INITVAL` parameter, 20 bits each; there are 64 of these."""
+
+
+def width_for(depth: int) -> int:
+    """Bits of each of `depth` words, 4096 at the most, that one block RAM takes."""
+    return next(width for width, words in DP16KD_WORDS.items() if depth <= words)
 
 
 def is_ecp5(platform) -> bool:
@@ -61,7 +66,7 @@ class TableMemory(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        if is_ecp5(platform) and len(self.words) <= max(DP16KD_WORDS.values()):
+        if is_ecp5(platform) and len(self.words) <= DP16KD_WORDS[4]:
             self._place_block_rams(m)
         else:
             m.submodules.memory = memory = Memory(
@@ -80,7 +85,7 @@ class TableMemory(wiring.Component):
 
     def _place_block_rams(self, m: Module) -> None:
         """Block RAMs side by side, each with as many bits of every word as fit: one for 1024 words, four for 4096."""
-        width = next(width for width, words in DP16KD_WORDS.items() if len(self.words) <= words)
+        width = width_for(len(self.words))
         for low in range(0, WORD_BITS, width):
             bits = min(width, WORD_BITS - low)
             part = [word >> low & (1 << bits) - 1 for word in self.words]
@@ -89,26 +94,32 @@ class TableMemory(wiring.Component):
             m.d.comb += self.data[low : low + bits].eq(data)
 
 
-def block_ram(address, width: int, words, write, write_data) -> tuple[Instance, Signal]:
-    """One ECP5 block RAM with its output register, one port for both ways, and its data output of `width` bits."""
+def block_ram(address, width: int, words, write, write_data, read_address=None, read_width=None):
+    """One ECP5 block RAM with its output register: the `Instance`, and its data output of `read_width` bits.
+
+    Port A writes, `width` bits at `address`. It reads there as well, or with `read_address` port B reads, from words of
+    `read_width` bits, `width` if left out.
+    """
     data = Signal(18)
-    line = Cat(Const(0, DP16KD_ADDRESS_BITS - exact_log2(DP16KD_WORDS[width])), address)
-    line = Cat(line, Const(0, DP16KD_ADDRESS_BITS - len(line)))
-    ports = {f"i_ADA{bit}": line[bit] for bit in range(DP16KD_ADDRESS_BITS)}
-    ports |= {f"i_ADB{bit}": Const(0) for bit in range(DP16KD_ADDRESS_BITS)}
-    ports |= {f"o_DOA{bit}": data[bit] for bit in range(18)}
-    for port, on in (("A", 1), ("B", 0)):
-        written = Cat(write_data, Const(0, 18 - len(write_data))) if on else Const(0, 18)
-        ports |= {f"i_DI{port}{bit}": written[bit] for bit in range(18)}
+    read_width = read_width or width
+    reader = "A" if read_address is None else "B"
+    lines = {"A": _address_lines(address, width)}
+    lines["B"] = Const(0, DP16KD_ADDRESS_BITS) if reader == "A" else _address_lines(read_address, read_width)
+    written = {"A": Cat(write_data, Const(0, 18 - len(write_data))), "B": Const(0, 18)}
+    ports = {f"o_DO{reader}{bit}": data[bit] for bit in range(18)}
+    for port in "AB":
+        on = int(port in ("A", reader))
+        ports |= {f"i_AD{port}{bit}": lines[port][bit] for bit in range(DP16KD_ADDRESS_BITS)}
+        ports |= {f"i_DI{port}{bit}": written[port][bit] for bit in range(18)}
         ports |= {f"i_CS{port}{bit}": Const(0) for bit in range(3)}
-        ports |= {f"i_WE{port}": write if on else Const(0), f"i_RST{port}": Const(0)}
+        ports |= {f"i_WE{port}": write if port == "A" else Const(0), f"i_RST{port}": Const(0)}
         ports |= {f"i_CE{port}": Const(on), f"i_OCE{port}": Const(on)}
+        ports |= {f"i_CLK{port}": ClockSignal() if on else Const(0)}
+        ports |= {f"p_REGMODE_{port}": "OUTREG" if port == reader else "NOREG"}
     ram = Instance(
         "DP16KD",
         p_DATA_WIDTH_A=width,
-        p_DATA_WIDTH_B=width,
-        p_REGMODE_A="OUTREG",
-        p_REGMODE_B="NOREG",
+        p_DATA_WIDTH_B=read_width,
         p_RESETMODE="SYNC",
         p_ASYNC_RESET_RELEASE="SYNC",
         p_CSDECODE_A="0b000",
@@ -117,11 +128,15 @@ def block_ram(address, width: int, words, write, write_data) -> tuple[Instance, 
         p_WRITEMODE_B="NORMAL",
         p_GSR="DISABLED",
         **initial_values(width, words),
-        i_CLKA=ClockSignal(),
-        i_CLKB=Const(0),
         **ports,
     )
-    return ram, data[:width]
+    return ram, data[:read_width]
+
+
+def _address_lines(address, width: int):
+    """All address lines of a port of `width` bits: those below its words are not used."""
+    lines = Cat(Const(0, DP16KD_ADDRESS_BITS - exact_log2(DP16KD_WORDS[width])), address)
+    return Cat(lines, Const(0, DP16KD_ADDRESS_BITS - len(lines)))
 
 
 def initial_values(width: int, words) -> dict[str, Const]:

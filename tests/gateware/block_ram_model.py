@@ -1,15 +1,17 @@
 """A model of the ECP5 block RAM, written from Lattice FPGA-TN-02204 and not from the gateware.
 
-Read port only: the address is taken at a clock edge with clock enable and chip select, the data come out after it, and
-with `REGMODE` "OUTREG" after one more edge with the output's clock enable. An address counts bits: its lowest lines are
-without effect for wider words. A row of 18 bits is two bytes of 9; words of 4 bits use 8 of the 9.
+Two ports of any two widths. A port takes its address at a clock edge with clock enable and chip select, and writes or
+reads there; data come out after the edge, and with `REGMODE` "OUTREG" after one more edge with the output's clock
+enable. An address counts bits: its lowest lines are without effect for wider words. A row of 18 bits is two bytes of 9;
+words of 4 and 2 bits use 8 of the 9. A word that is read in the clock in which it is written comes out inverted, as a
+stand-in for no telling what.
 """
 
-from amaranth.hdl import Cat, Elaboratable, Module, Signal
+from amaranth.hdl import Array, Cat, Const, Elaboratable, Module, Mux, Signal
 from amaranth.lib.memory import Memory
 
 ROWS = 1024
-LOWEST_ADDRESS_LINE = {4: 2, 18: 4}
+LOWEST_ADDRESS_LINE = {2: 1, 4: 2, 18: 4}
 
 
 def initial_rows(parameters: dict[str, int]) -> list[int]:
@@ -23,17 +25,22 @@ def initial_rows(parameters: dict[str, int]) -> list[int]:
     return rows
 
 
+def bits_of_row(width: int, place: int) -> range:
+    """Bits of a row that a word of `width` bits takes; `place` is what the four lowest address lines say."""
+    if width == 18:
+        return range(18)
+    low = 9 * (place >> 3) + (place & 7 & -width)
+    return range(low, low + width)
+
+
 def word_at(rows: list[int], width: int, address: int) -> int:
     """The word that the block RAM reads at the 14 bits of `address`."""
-    row = rows[address >> 4]
-    if width == 18:
-        return row
-    byte = row >> 9 * (address >> 3 & 1)
-    return byte >> 4 * (address >> 2 & 1) & 0xF
+    bits = bits_of_row(width, address & 15)
+    return rows[address >> 4] >> bits.start & (1 << width) - 1
 
 
 class BlockRamModel(Elaboratable):
-    """Takes the place of `Instance("DP16KD", ...)`: the same arguments, port A only, clocked by the sync domain."""
+    """Takes the place of `Instance("DP16KD", ...)`: the same arguments, clocked by the sync domain."""
 
     def __init__(self, kind: str, **arguments):
         assert kind == "DP16KD"
@@ -43,31 +50,62 @@ class BlockRamModel(Elaboratable):
 
     def elaborate(self, platform):
         m = Module()
-        ports, width = self.ports, self.parameters["DATA_WIDTH_A"]
         values = {name: getattr(value, "value", value) for name, value in self.parameters.items()}
-        address = Cat(ports[f"ADA{bit}"] for bit in range(14))
         m.submodules.rows = memory = Memory(shape=18, depth=ROWS, init=initial_rows(values))
-        read = memory.read_port()
-        selected = Signal()
-        low = Signal(4)
+        writes = [self._write(m, memory, port, values) for port in "AB" if self._is_used(port)]
+        for port in "AB":
+            if f"DO{port}0" in self.ports:
+                self._read(m, memory, port, values, writes)
+        return m
+
+    def _is_used(self, port: str) -> bool:
+        return not isinstance(self.ports[f"WE{port}"], Const)
+
+    def _line(self, port: str, values):
+        ports = self.ports
+        address = Cat(ports[f"AD{port}{bit}"] for bit in range(14))
+        chip = Cat(ports[f"CS{port}{bit}"] for bit in range(3)) == int(values[f"CSDECODE_{port}"], 0)
+        assert not isinstance(ports[f"CLK{port}"], Const), "the port has no clock"
+        assert getattr(ports[f"RST{port}"], "value", None) == 0, "the output register is never reset"
+        return address, ports[f"CE{port}"] & chip
+
+    def _write(self, m: Module, memory, port: str, values):
+        """Returns the port's (row that is written or not, which of its bits)."""
+        width = values[f"DATA_WIDTH_{port}"]
+        address, selected = self._line(port, values)
+        write = memory.write_port(granularity=1)
+        data = Cat(self.ports[f"DI{port}{bit}"] for bit in range(18))
+        masks, words = [], []
+        for place in range(16):
+            bits = bits_of_row(width, place)
+            masks.append(Const(sum(1 << bit for bit in bits), 18))
+            words.append((data[:width] << bits.start)[:18])
+        enable = Signal(18)
         m.d.comb += [
-            selected.eq(ports["CEA"] & (Cat(ports[f"CSA{bit}"] for bit in range(3)) == int(values["CSDECODE_A"], 0))),
-            read.addr.eq(address[4:]),
-            read.en.eq(selected),
+            write.addr.eq(address[4:]),
+            write.data.eq(Array(words)[address[:4]]),
+            enable.eq(Mux(self.ports[f"WE{port}"] & selected, Array(masks)[address[:4]], 0)),
+            write.en.eq(enable),
         ]
+        return address[4:], enable
+
+    def _read(self, m: Module, memory, port: str, values, writes) -> None:
+        ports, width = self.ports, values[f"DATA_WIDTH_{port}"]
+        address, selected = self._line(port, values)
+        read = memory.read_port()
+        m.d.comb += [read.addr.eq(address[4:]), read.en.eq(selected)]
+        low, spoilt = Signal(4), Signal(18)
         with m.If(selected):
             m.d.sync += low.eq(address[:4])
+            for row, enable in writes:
+                m.d.sync += spoilt.eq(Mux(row == address[4:], enable, 0))
         word = Signal(18)
-        m.d.comb += word.eq(read.data)
-        if width == 4:
-            m.d.comb += word.eq((read.data >> (low[3] * 9)).bit_select(low[2] << 2, 4))
+        row = read.data ^ spoilt
+        m.d.comb += word.eq(Array(row[bits_of_row(width, place).start :][:width] for place in range(16))[low])
         data = word
-        if values["REGMODE_A"] == "OUTREG":
+        if values[f"REGMODE_{port}"] == "OUTREG":
             data = Signal(18)
-            with m.If(ports["OCEA"]):
+            with m.If(ports[f"OCE{port}"]):
                 m.d.sync += data.eq(word)
         for bit in range(18):
-            m.d.comb += ports[f"DOA{bit}"].eq(data[bit])
-        # Writing is not modelled: who loads tables reads them back through their CRC.
-        assert getattr(ports["RSTA"], "value", None) == 0, "the output register is never reset"
-        return m
+            m.d.comb += ports[f"DO{port}{bit}"].eq(data[bit])

@@ -32,6 +32,7 @@ class OnPlatform(Elaboratable):
     def __init__(self, table: TableMemory, platform):
         self.table, self.platform = table, platform
         self.address, self.data = table.address, table.data
+        self.write, self.write_data = table.write, table.write_data
 
     def elaborate(self, _):
         return Fragment.get(self.table, self.platform)
@@ -58,6 +59,20 @@ def test_every_word_comes_after_its_clocks_in_every_form(platform, depth, monkey
     assert_rows("word", read(words, platform, address), words[address])
     assert len(made) == (0 if platform is not ECP5 else 1 if depth <= 1024 else 4)
     assert all(ram.parameters["REGMODE_A"] == "OUTREG" for ram in made)
+
+
+@pytest.mark.parametrize("platform", [None, ECP5])
+@pytest.mark.parametrize("depth", [512, 4096])
+def test_a_table_is_written_in_every_form(platform, depth, monkeypatch, rng):
+    monkeypatch.setattr(table_memory, "Instance", BlockRamModel)
+    words, written = rng.integers(0, 1 << 16, depth), rng.integers(0, 1 << 16, 300)
+    places = rng.integers(0, depth, 300)
+    bench = Bench(OnPlatform(TableMemory(words), platform), ["address", "write", "write_data"], ["data"])
+    address = np.concatenate((places, places, np.arange(depth)))
+    write = np.repeat([1, 0], [300, 300 + depth])
+    data = bench.run(len(address) + TABLE_CLOCKS, address=address, write=write, write_data=written)["data"]
+    words[places] = written  # the last one that went to a place
+    assert_rows("word", data[TABLE_CLOCKS + 300 :], words[address[300:]])
 
 
 def test_a_table_larger_than_four_block_rams_is_left_to_synthesis(rng):

@@ -29,8 +29,8 @@ SIGNAL_DIRECTIONS = {
 UART_SIGNALS = ("uart_rx", "uart_tx")
 """A board with both of them gets the serial link."""
 
-CAPTURE_DEPTHS = {"ecp5": 512, "ice40": 256}
-"""Captures that the FIFO holds, by family."""
+CAPTURE_DEPTHS = {"ecp5": 1024, "ice40": 256}
+"""Captures that the FIFO holds, by family: what eight block RAMs have room for."""
 
 OPTIONAL_SIGNALS = frozenset({*UART_SIGNALS, "compare", "led_homed", "led_fault", "led_heartbeat"})
 """Signals that a board may leave out."""

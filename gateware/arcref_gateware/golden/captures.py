@@ -6,37 +6,44 @@ from dataclasses import dataclass, field
 
 @dataclass
 class CaptureFifoModel:
-    """The FIFO of `depth` captures at the level of one event after the other.
+    """The FIFO of `depth` captures, clock by clock.
 
-    `offer` is a capture, `take` the link taking the oldest. What `take` gives is (captures lost since `clear` when the
-    capture says so, or None; the capture).
+    One that was full keeps captures again `reopen_clocks` clocks after the first one was taken; one that has a number
+    of lost captures waiting keeps none behind another loss until that is told, and then from the second clock on.
     """
 
     depth: int
+    reopen_clocks: int
     lost: int = 0
     captures: int = 0
-    _queue: deque = field(default_factory=deque)
+    queue: deque = field(default_factory=deque)
+    """(Captures lost up to then when it is the first one kept after a loss, else None; the capture)."""
+    _closed: bool = False
+    _room: int = 0  # clocks since the first one was taken from a full FIFO
     _losing: bool = False
     _told: bool = False
 
-    def offer(self, capture) -> bool:
-        """True when it was kept."""
-        self.captures += 1
-        if len(self._queue) == self.depth or (self._losing and self._told):
+    def clock(self, capture=None, *, takes: bool = False, tells: bool = False) -> None:
+        """One clock: `capture` comes unless it is None, the oldest is taken, the number of its losses was told."""
+        came = capture is not None
+        keeps = came and not self._closed
+        self.captures += came
+        if keeps:
+            self.queue.append((self.lost if self._losing else None, capture))
+        elif came:
             self.lost += 1
-            self._losing = True
-            return False
-        self._queue.append((self.lost if self._losing else None, capture))
-        self._told |= self._losing
-        self._losing = False
-        return True
-
-    def take(self):
-        """The oldest capture. Raises IndexError when there is none."""
-        lost, capture = self._queue.popleft()
-        if lost is not None:
+        waits = self._told and (self._losing or came)
+        if tells:
             self._told = False
-        return lost, capture
-
-    def __len__(self):
-        return len(self._queue)
+        elif keeps and self._losing:
+            self._told = True
+        if came:
+            self._losing = not keeps
+        if takes:
+            self.queue.popleft()
+        if not self._closed:
+            self._closed, self._room = keeps and len(self.queue) == self.depth, 0
+        elif self._room >= self.reopen_clocks - 1 and not waits:
+            self._closed = False
+        elif self._room or takes:
+            self._room += 1

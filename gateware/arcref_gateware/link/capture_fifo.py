@@ -2,30 +2,62 @@
 
 A capture that finds the FIFO full is counted as lost, and the next one that is kept says how many were lost so far.
 One such number can wait in the FIFO at a time; a capture that would need a second is lost and counted as well.
+
+A capture goes into the memory in the clock in which it comes, with nothing before it, so whether there is room must be
+known beforehand. It is known exactly while there is. A FIFO that was full lets captures in again `REOPEN_CLOCKS` after
+one was taken. In its first clock after reset it is cleared.
 """
 
-from amaranth.hdl import Cat, Module, Signal, signed
+from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, signed
 from amaranth.lib import wiring
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
 from arcref.angle import POSITION_BITS
-from arcref_gateware.correction import CORRECTION_BITS
-from arcref_gateware.link.wide_counter import WIDE_COUNTER_BITS, WideCounter
-from arcref_gateware.memory_attributes import NO_COLLISION
+from arcref_gateware.link.record_memory import RECORD_BITS, RecordMemory
+from arcref_gateware.link.register_layout import TALLY_BITS
+from arcref_gateware.register_stages import delayed
 
-RECORD_BITS = 2 * POSITION_BITS + CORRECTION_BITS + 8 + 1
-"""Time, raw position, corrected less raw position, flags, and whether captures were lost before it: 119, which eight
-block RAMs of an iCE40 hold."""
+COUNT_BITS = 32
+"""Bits of the number of lost captures."""
 
-COUNT_BITS = WIDE_COUNTER_BITS
+LOSS_BIT = 120
+"""Bit of a record that says that captures were lost before it. Below it stands what a CAPTURE packet carries."""
+
+REOPEN_CLOCKS = 3
+"""Clocks from `taken` to the first capture that a full FIFO keeps again."""
+
+TAKE_CLOCKS = 6
+"""Least clocks from one `taken` to the next."""
+
+_LOW = 3
+"""Bits of the level that are counted at once; the others follow."""
+
+
+class CaptureOutlet(wiring.Signature):
+    """The oldest capture of a `CaptureFifo`, as who takes it sees it."""
+
+    def __init__(self):
+        super().__init__(
+            {
+                "ready": In(1),
+                "reading": Out(1),
+                "taken": Out(1),
+                "word_number": Out(3),
+                "word": In(16),
+                "lost": In(8),
+                "next_lost": Out(1),
+                "told": Out(1),
+            }
+        )
 
 
 class CaptureFifo(wiring.Component):
-    """Keeps `depth` captures, a power of two."""
+    """Keeps `depth` captures, a power of two and 16 or more."""
 
     def __init__(self, depth: int):
+        if depth < 2 << _LOW:
+            raise ValueError(f"a FIFO of {depth} captures; {2 << _LOW} is the least")
         self.depth = depth
         super().__init__(
             {
@@ -35,18 +67,11 @@ class CaptureFifo(wiring.Component):
                 "corrected": In(signed(POSITION_BITS)),
                 "flags": In(8),
                 "clear": In(1),
-                "ready": Out(1),
-                "taken": In(1),
-                "out_time": Out(POSITION_BITS),
-                "out_raw": Out(signed(POSITION_BITS)),
-                "out_correction": Out(signed(CORRECTION_BITS)),
-                "out_flags": Out(8),
-                "out_lost": Out(COUNT_BITS),
-                "out_after_loss": Out(1),
+                "oldest": In(CaptureOutlet()),
                 "level": Out(range(depth + 1)),
-                "lost": Out(COUNT_BITS),
-                "captures": Out(COUNT_BITS),
-                "overrun": Out(1),
+                "lost": Out(TALLY_BITS),
+                "captures": Out(TALLY_BITS),
+                "cleared": Out(1),
             }
         )
 
@@ -57,117 +82,135 @@ class CaptureFifo(wiring.Component):
     raw: In
     """Raw position, in counts."""
     corrected: In
-    """Corrected position, in counts; less than 2^13 counts from `raw`."""
+    """Corrected position, in counts; less than 2^15 counts from `raw`."""
     flags: In
     """The flag byte."""
     clear: In
-    """1 for one clock: empty the FIFO."""
-    ready: Out
-    """1 while `out_...` hold the oldest capture."""
-    taken: In
-    """1 for one clock: the oldest capture is done with. Not again within four clocks."""
-    out_time: Out
-    """Time of the oldest capture."""
-    out_raw: Out
-    """Its raw position."""
-    out_correction: Out
-    """Its corrected less its raw position."""
-    out_flags: Out
-    """Its flag byte."""
-    out_after_loss: Out
-    """1 when captures were lost just before it: `out_lost` of them."""
-    out_lost: Out
-    """Captures lost since the last `clear`, up to the capture in the FIFO that says so."""
+    """1 for one clock: empty the FIFO, as soon as nothing is being read from it."""
+    oldest: In
+    """The oldest capture.
+
+    `ready`: 1 while there is one. `reading`: 1 to keep it from being cleared. `taken`: 1 for one clock when it is done
+    with, while `reading`. `word_number`: which word of it is wanted; `word`: that word, two clocks later: the bytes of
+    a CAPTURE packet two by two, and in the highest byte whether captures were lost before it. `lost`: then, the lowest
+    byte of their number since the last `clear`; `next_lost`: 1 for one clock for the next byte, two clocks later.
+    `told`: 1 for one clock when the number is done with.
+    """
     level: Out
-    """Captures in the FIFO."""
+    """Captures in the FIFO, a few clocks ago."""
     lost: Out
-    """Captures lost since the last `clear`, modulo 2^32."""
+    """Captures lost since the FIFO was cleared: the lowest bits of their number."""
     captures: Out
-    """Captures since the last `clear`, kept or lost, modulo 2^32."""
-    overrun: Out
-    """1 with each capture that is lost."""
+    """Captures since then, kept or lost: the lowest bits of their number."""
+    cleared: Out
+    """1 for one clock as the FIFO is cleared; the two numbers are 0 in the next."""
 
     def elaborate(self, platform):
         m = Module()
         bits = exact_log2(self.depth)
-        m.submodules.memory = memory = Memory(shape=RECORD_BITS, depth=self.depth, init=[], attrs=NO_COLLISION)
-        write, read = memory.write_port(), memory.read_port(domain="comb")
+        oldest = self.oldest
+        m.submodules.memory = memory = RecordMemory(self.depth)
 
-        # First clock: the record, and whether there is room. `full` is one record early because this one is on its way.
-        level = Signal(range(self.depth + 1))
-        full = Signal()
-        losing = Signal()  # a capture was lost since the last one kept
-        told = Signal()  # a number of lost captures waits in the FIFO
-        record = Signal(RECORD_BITS, reset_less=True)
-        came = Signal()
-        correction = Signal(signed(CORRECTION_BITS))
-        m.d.comb += correction.eq(self.corrected[:CORRECTION_BITS] - self.raw[:CORRECTION_BITS])
-        m.d.sync += [
-            came.eq(self.valid & ~self.clear),
-            record.eq(Cat(self.time, self.raw, correction, self.flags)),
-        ]
-        keeps, loses = Signal(), Signal()
+        def state(*names: str, bits: int = 1, init: int = 0):
+            """Registers that `clear` sets to their first value; as it holds at reset, they need no other."""
+            signals = [Signal(bits, name=name, init=init, reset_less=True) for name in names]
+            cleared.extend(signals)
+            return signals if len(signals) > 1 else signals[0]
+
+        cleared = []
+        closed = state("closed")  # no capture is kept
+        losing = state("losing")  # a capture was lost since the last one kept
+        told = state("told")  # a number of lost captures waits
+        keeps, loses, takes = Signal(), Signal(), Signal()
+        clear = Signal(init=1)
+        waits, quiet = Signal(), Signal()  # a clear waits; and it may act
+        m.d.comb += [keeps.eq(self.valid & ~closed), loses.eq(self.valid & closed), takes.eq(oldest.taken)]
+        # Nobody begins to read without `ready`, which goes down first.
+        m.d.comb += quiet.eq(waits & ~oldest.reading & ~oldest.ready)
+        m.d.sync += [waits.eq(self.clear | (waits & ~quiet)), clear.eq(quiet)]
+
+        head, tail = state("head", "tail", bits=bits)
+        record = Cat(self.time, self.raw, self.corrected[:16], self.flags, losing)
+        assert len(record) == LOSS_BIT + 1
         m.d.comb += [
-            keeps.eq(came & ~full & ~(losing & told)),
-            loses.eq(came & ~keeps),
+            # While there is room it is always written; what no capture came for is overwritten by the next one.
+            memory.write.eq(~closed),
+            memory.write_record.eq(head),
+            memory.record.eq(Cat(record, Const(0, RECORD_BITS - len(record)))),
+            memory.read_record.eq(tail),
+            memory.read_word.eq(oldest.word_number),
+            oldest.word.eq(memory.word),
         ]
-        head, tail = Signal(bits), Signal(bits)
-        m.d.comb += [
-            write.addr.eq(head),
-            write.data.eq(Cat(record[:-1], losing)),
-            write.en.eq(keeps),
-        ]
-        m.submodules.lost_counter = lost_counter = WideCounter()
-        m.submodules.capture_counter = capture_counter = WideCounter()
-        m.d.comb += [
-            lost_counter.count.eq(loses),
-            capture_counter.count.eq(came),
-            lost_counter.clear.eq(self.clear),
-            capture_counter.clear.eq(self.clear),
-            self.lost.eq(lost_counter.total),
-            self.captures.eq(capture_counter.total),
-        ]
-        tells = Signal()
-        m.d.sync += [self.overrun.eq(loses), tells.eq(keeps & losing)]
-        with m.If(loses):
-            m.d.sync += losing.eq(1)
+        m.d.sync += tail.eq(tail + takes)
+        # The upper half of the head turns with the lower one: that its turn comes is known a clock early.
+        half = bits // 2
+        low, high = head[:half], head[half:]
+        turns = state("turns")
+        last = (1 << half) - 1
         with m.If(keeps):
-            m.d.sync += [head.eq(head + 1), losing.eq(0), told.eq(told | losing)]
-        with m.If(tells):
-            m.d.sync += self.out_lost.eq(lost_counter.total)
+            m.d.sync += [low.eq(low + 1), turns.eq(low == last - 1)]
+            with m.If(turns):
+                m.d.sync += high.eq(high + 1)
 
-        removes = Signal()
-        m.d.comb += removes.eq(self.taken & self.ready)
-        with m.If(keeps & ~removes):
-            m.d.sync += [level.eq(level + 1), full.eq(level == self.depth - 1)]
-        with m.Elif(removes & ~keeps):
-            m.d.sync += [level.eq(level - 1), full.eq(0)]
-        with m.If(removes):
-            m.d.sync += tail.eq(tail + 1)
-            with m.If(self.out_after_loss):
-                m.d.sync += told.eq(0)
-
-        # The oldest record: address, memory, its register.
-        shown = Signal(RECORD_BITS, reset_less=True)
-        fetch = Signal(3)
-        m.d.comb += [read.addr.eq(tail), self.ready.eq(fetch[2])]
-        fetched = Signal(RECORD_BITS, reset_less=True)
-        m.d.sync += [fetched.eq(read.data), shown.eq(fetched)]
-        with m.If(removes | (level == 0)):
-            m.d.sync += fetch.eq(0)
-        with m.Else():
-            m.d.sync += fetch.eq(Cat(1, fetch))
-        m.d.comb += [
-            Cat(self.out_time, self.out_raw, self.out_correction, self.out_flags, self.out_after_loss).eq(shown),
-            self.level.eq(level),
+        # The level: its upper part follows the lower one, but is never taken for that of the last free place early.
+        (level, shown), upper = state("level", "shown", bits=_LOW), state("upper", bits=bits - _LOW + 1)
+        carry, borrow = state("carry", "borrow")
+        at_end = state("at_end")  # `upper` is that of a FIFO with one place free
+        fills, frees = Signal(), Signal()
+        # As tables: a carry chain behind a choice is slower.
+        following, preceding = (
+            Array(Const((value + step) % (1 << _LOW), _LOW) for value in range(1 << _LOW)) for step in (1, -1)
+        )
+        m.d.comb += [fills.eq(keeps & ~takes), frees.eq(takes & ~keeps), self.level.eq(Cat(shown, upper))]
+        m.d.sync += [
+            level.eq(Mux(fills, following[level], Mux(frees, preceding[level], level))),
+            carry.eq(fills & level.all()),
+            borrow.eq(frees & (level == 0)),
+            shown.eq(level),
+            upper.eq(upper + Cat(carry | borrow, borrow.replicate(len(upper) - 1))),
+            at_end.eq((upper == (self.depth >> _LOW) - 1) & ~borrow & ~(frees & (level == 0))),
         ]
-        with m.If(self.clear):
+        has_room = state("has_room")
+        m.d.sync += has_room.eq(closed & (has_room | (level != 0)))
+        stays_closed = ~has_room | (told & (losing | self.valid))
+        m.d.sync += closed.eq(Mux(closed, stays_closed, fills & at_end & level.all()))
+
+        # What was lost, and the number that waits: byte by byte, each a clock after the one below it.
+        came, carry_up = state("came", "lost_one")
+        captures = state("captures", bits=TALLY_BITS)
+        m.d.comb += [self.cleared.eq(clear), self.captures.eq(captures)]
+        m.d.sync += [
+            came.eq(self.valid),
+            carry_up.eq(loses),
+            captures.eq(captures + came),
+            losing.eq(Mux(self.valid, closed, losing)),
+            told.eq((told | (keeps & losing)) & ~oldest.told),
+        ]
+        places = COUNT_BITS // 8
+        total = [state(f"total{k}", bits=8) for k in range(places)]
+        carries = [carry_up, *(state(f"carry{k}") for k in range(1, places))]
+        waiting = [Signal(8, name=f"waiting{k}", reset_less=True) for k in range(places)]
+        after_loss = [delayed(m, keeps & losing, 1, name="after_loss1")]
+        for k in range(places):
+            after_loss.append(delayed(m, after_loss[-1], 1, name=f"after_loss{k + 2}"))
+            moves = Signal(name=f"moves{k}")
+            above = waiting[k + 1] if k + 1 < places else 0
             m.d.sync += [
-                level.eq(0),
-                full.eq(0),
-                tail.eq(head),
-                fetch.eq(0),
-                told.eq(0),
-                losing.eq(0),
+                Cat(total[k], carries[k + 1] if k + 1 < places else Signal(name="beyond")).eq(total[k] + carries[k]),
+                moves.eq(after_loss[k] | oldest.next_lost),
             ]
+            with m.If(moves):
+                m.d.sync += waiting[k].eq(Mux(after_loss[k + 1], total[k], above))
+        m.d.comb += [self.lost.eq(total[0]), oldest.lost.eq(waiting[0])]
+
+        # The oldest one can be read once its level and its address have come through.
+        settles = Signal(TAKE_CLOCKS - 1)
+        is_empty = state("is_empty", init=1)
+        m.d.sync += [
+            settles.eq(Cat(takes | clear, settles)),
+            is_empty.eq((shown == 0) & (upper == 0)),
+            oldest.ready.eq(~is_empty & ~settles.any() & ~takes & ~waits & ~clear),
+        ]
+        with m.If(clear):
+            m.d.sync += [signal.eq(signal.init) for signal in cleared]
         return m

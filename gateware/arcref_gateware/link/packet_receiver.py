@@ -20,7 +20,7 @@ class PacketReceiver(wiring.Component):
     """
 
     data: In(8)
-    """A byte from the line, with `valid`."""
+    """A byte from the line, with `valid` and held for two clocks more."""
     valid: In(1)
     """1 for one clock with each byte; the next comes eight clocks later at the earliest."""
     bad: In(1)
@@ -46,28 +46,29 @@ class PacketReceiver(wiring.Component):
         m = Module()
         m.submodules.crc = crc = CRC16_IBM_3740().create()
 
-        # First clock: what a byte means.
+        # First clock: whether it is zero. Second: what it means.
+        valid, is_zero = Signal(), Signal()
         first, broken = Signal(init=1), Signal()
-        left = Signal(8)
-        none_left = Signal(init=1)  # left == 0, known a clock early
-        is_zero, is_code = Signal(), Signal()
+        left = Signal(8, init=1)  # bytes up to the next code, it included
+        is_code = Signal(init=1)  # left == 1, known by the next byte
         put, put_data, ends = Signal(), Signal(8), Signal()
-        m.d.comb += [is_zero.eq(self.data == 0), is_code.eq(none_left)]
-        m.d.sync += [put.eq(0), ends.eq(0), none_left.eq(left == 0), put_data.eq(Mux(is_code, 0, self.data))]
-        with m.If(self.valid):
-            with m.If(is_zero):
-                m.d.sync += [ends.eq(1), left.eq(0)]
-            with m.Else():
-                # A code stands for the zero before it, unless it is the first.
-                m.d.sync += [put.eq(~is_code | ~first), first.eq(0), left.eq(Mux(is_code, self.data - 1, left - 1))]
         whole = Signal()  # no literal was missing when the delimiter came
-        with m.If(self.valid & is_zero):
-            m.d.sync += whole.eq(none_left & ~first)
         came = Signal()  # anything at all before the delimiter
-        with m.If(self.valid & is_zero):
-            m.d.sync += [came.eq(~first), first.eq(1)]
+        m.d.sync += [
+            valid.eq(self.valid),
+            is_zero.eq(self.data == 0),
+            is_code.eq(left == 1),
+            put_data.eq(Mux(is_code, 0, self.data)),
+            # A code stands for the zero before it, unless it is the first.
+            put.eq(valid & ~is_zero & ~(is_code & first)),
+            ends.eq(valid & is_zero),
+        ]
+        with m.If(valid):
+            m.d.sync += [first.eq(is_zero), left.eq(Mux(is_code, self.data, left - 1))]
+            with m.If(is_zero):
+                m.d.sync += [whole.eq(is_code & ~first), came.eq(~first), left.eq(1)]
 
-        # Second clock: the byte goes into the memory and the CRC.
+        # Third clock: the byte goes into the memory and the CRC.
         count = Signal(range(MOST_BODY_BYTES + 2))
         full = Signal()
         part = Signal()

@@ -1,11 +1,13 @@
 """From a packet in memory to bytes on the line: CRC behind it, COBS over it, a zero at its end."""
 
-from amaranth.hdl import Cat, Const, Module, Signal
+from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.crc.catalog import CRC16_IBM_3740
 from amaranth.lib.wiring import In, Out
 
 from arcref_gateware.link.packet_memory import PART_BITS, SENT_PART
+
+STATES = ("idle", "crc_high", "crc_low", "searches", "sends_code", "sends", "ends")
 
 
 class PacketSender(wiring.Component):
@@ -21,7 +23,7 @@ class PacketSender(wiring.Component):
     finish: In(1)
     """1 for one clock, three clocks or more after the last byte: send it."""
     idle: Out(1)
-    """1 while nothing is being sent."""
+    """1 while a packet may be put together; the last byte of the one before may still wait for the line."""
     write_valid: Out(1)
     """1 for one clock with a byte for the memory."""
     write_address: Out(PART_BITS)
@@ -43,76 +45,66 @@ class PacketSender(wiring.Component):
         m = Module()
         m.submodules.crc = crc = CRC16_IBM_3740().create()
         length = Signal(PART_BITS)  # bytes written so far
-        place = Signal(PART_BITS)  # next byte to send
-        ahead = Signal(PART_BITS)  # byte looked at in search of the next zero
-        run = Signal(8)
-        at_end, is_zero = Signal(), Signal()
-        crc_bytes = Signal(16)
-        wait = Signal(2)
+        place = Signal(PART_BITS)  # first byte behind the last code or zero
+        ahead = Signal(PART_BITS)  # byte that is looked at: the next to send, or in search of the next zero
+        run = Signal(PART_BITS + 1)  # code of the bytes from `place` on, then how many of them are left
+        m.d.comb += [self.read_address.eq(Cat(ahead, Const(SENT_PART, 2))), self.write_address.eq(length)]
+
+        # States, a register each. They go on every fourth clock: `steps`. By then what they ask for is known.
+        idle, crc_high, crc_low, searches, sends_code, sends, ends = (
+            Signal(name=name, init=name == "idle") for name in STATES
+        )
+        phase, steps = Signal(2), Signal()
+        at_end, is_zero, none_left = Signal(), Signal(), Signal()
+        found, goes_on, loads = Signal(), Signal(), Signal()
+        is_full = self.valid  # a byte waits for the line
         m.d.comb += [
-            self.read_address.eq(Cat(ahead, Const(SENT_PART, 2))),
-            self.write_valid.eq(self.push_valid),
-            self.write_address.eq(length),
-            self.write_data.eq(self.push_data),
-            crc.data.eq(self.push_data),
-            crc.valid.eq(self.push_valid),
+            self.idle.eq(idle),
+            found.eq(steps & searches & (at_end | is_zero)),
+            goes_on.eq(steps & sends & none_left),  # the zero that the next code stands for is passed over
+            loads.eq(steps & ~is_full & (sends_code | (sends & ~none_left) | ends)),
         ]
-        m.d.sync += [at_end.eq(ahead == length), is_zero.eq(self.read_data == 0)]
-        with m.FSM():
-            with m.State("IDLE"):
-                m.d.comb += self.idle.eq(1)
-                m.d.sync += [place.eq(0), ahead.eq(0), wait.eq(0)]
-                with m.If(self.push_valid):
-                    m.d.sync += length.eq(length + 1)
-                with m.If(self.finish):
-                    m.d.sync += crc_bytes.eq(crc.crc)
-                    m.next = "CRC_HIGH"
-            with m.State("CRC_HIGH"):
-                m.d.comb += [self.write_valid.eq(1), self.write_data.eq(crc_bytes[8:]), crc.start.eq(1)]
-                m.d.sync += length.eq(length + 1)
-                m.next = "PAUSE"
-            with m.State("PAUSE"):
-                # A received byte may be waiting for the memory.
-                m.d.sync += wait.eq(wait + 1)
-                with m.If(wait == 2):
-                    m.next = "CRC_LOW"
-            with m.State("CRC_LOW"):
-                m.d.comb += [self.write_valid.eq(1), self.write_data.eq(crc_bytes[:8])]
-                m.d.sync += [length.eq(length + 1), wait.eq(0), run.eq(1)]
-                m.next = "SEARCH"
-            with m.State("SEARCH"):
-                # Four clocks a byte: address, memory, its register, comparison.
-                m.d.sync += wait.eq(wait + 1)
-                with m.If(wait == 3):
-                    with m.If(at_end | is_zero):
-                        m.d.sync += ahead.eq(place)
-                        m.next = "CODE"
-                    with m.Else():
-                        m.d.sync += [ahead.eq(ahead + 1), run.eq(run + 1)]
-            with m.State("CODE"):
-                m.d.comb += [self.valid.eq(1), self.data.eq(run)]
-                with m.If(self.ready):
-                    m.d.sync += [run.eq(run - 1), wait.eq(0)]
-                    m.next = "FETCH"
-            with m.State("FETCH"):
-                m.d.sync += wait.eq(wait + 1)
-                with m.If(wait == 3):
-                    with m.If(run.any()):
-                        m.next = "LITERAL"
-                    with m.Elif(at_end):
-                        m.next = "DELIMITER"
-                    with m.Else():
-                        # The zero that the code stands for is passed over.
-                        m.d.sync += [place.eq(ahead + 1), ahead.eq(ahead + 1), run.eq(1)]
-                        m.next = "SEARCH"
-            with m.State("LITERAL"):
-                m.d.comb += [self.valid.eq(1), self.data.eq(self.read_data)]
-                with m.If(self.ready):
-                    m.d.sync += [run.eq(run - 1), ahead.eq(ahead + 1), wait.eq(0)]
-                    m.next = "FETCH"
-            with m.State("DELIMITER"):
-                m.d.comb += [self.valid.eq(1), self.data.eq(0)]
-                with m.If(self.ready):
-                    m.d.sync += length.eq(0)
-                    m.next = "IDLE"
+        m.d.sync += [
+            phase.eq(phase + 1),
+            steps.eq(phase == 2),
+            at_end.eq(ahead == length),
+            is_zero.eq(self.read_data == 0),
+            none_left.eq(run == 0),
+            idle.eq((idle & ~self.finish) | (ends & loads)),
+            crc_high.eq((idle & self.finish) | (crc_high & ~steps)),
+            crc_low.eq(Mux(steps, crc_high, crc_low)),
+            searches.eq((searches & ~found) | (steps & crc_low) | (goes_on & ~at_end)),
+            sends_code.eq(found | (sends_code & ~loads)),
+            sends.eq((sends_code & loads) | (sends & ~goes_on)),
+            ends.eq((goes_on & at_end) | (ends & ~loads)),
+        ]
+
+        # Bytes into the memory: those of the packet, then the CRC.
+        pushed = Signal()
+        m.d.sync += [
+            pushed.eq(self.push_valid),
+            self.write_valid.eq(self.push_valid | (steps & (crc_high | crc_low))),
+            self.write_data.eq(Mux(idle, self.push_data, Mux(crc_high, crc.crc[8:], crc.crc[:8]))),
+        ]
+        m.d.comb += [crc.data.eq(self.write_data), crc.valid.eq(pushed), crc.start.eq(searches)]
+        m.d.sync += length.eq((length + self.write_valid) & ~ends.replicate(PART_BITS))
+
+        # Bytes out of it. The search counts, and goes back to where it began.
+        back, on = Signal(), Signal()
+        m.d.comb += [back.eq(found), on.eq((steps & searches) | (loads & sends) | goes_on)]
+        with m.If(idle):
+            m.d.sync += [ahead.eq(0), place.eq(0), run.eq(1)]
+        with m.Elif(back):
+            m.d.sync += ahead.eq(place)
+        with m.Elif(on):
+            m.d.sync += ahead.eq(ahead + 1)
+        with m.If(goes_on):
+            m.d.sync += [place.eq(ahead + 1), run.eq(1)]
+        with m.Elif(steps & searches & ~found):
+            m.d.sync += run.eq(run + 1)
+        with m.Elif(loads):
+            m.d.sync += run.eq(run - 1)
+        with m.If(loads):
+            m.d.sync += self.data.eq((run & sends_code.replicate(8)) | (self.read_data & sends.replicate(8)))
+        m.d.sync += self.valid.eq(loads | (self.valid & ~self.ready))
         return m

@@ -1,63 +1,84 @@
 """The register file, made from the declaration in `arcref.link.registers`.
 
-An address goes through a clock each to its group of sixteen words, to the word in every group, to the one of its
-group, and to the answer, so that no clock has long to think. Registers that a snapshot or a fault log holds come from
-`StatusRecorder`'s memory, windows from memories elsewhere.
+Whatever can stands in one memory, see `register_layout`: constants, what was written to settings, snapshot and fault
+logs, counted registers. The few values that are live are joined to what is read there. A request goes through four
+steps of a round of the memory's phases each:
+
+1. the address is looked at;
+2. the first word of its pair is read, and the live values of both are taken;
+3. the second word is read;
+4. a write acts, and the status is known.
+
+So the two words of a register are of one instant. A following request for the second word gets the one that was taken
+with the first.
 """
 
-from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, signed
+from amaranth.hdl import Cat, Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
-from amaranth.utils import exact_log2
 
 from arcref.link.packet import Status
-from arcref.link.register import UNKNOWN_WORD, WORD_BITS, Access, Register
+from arcref.link.register import ADDRESS_BITS, WORD_BITS
 from arcref.link.registers import REGISTERS
+from arcref_gateware.link.event_counters import EventCounters
 from arcref_gateware.link.register_bus import STATUS_BITS, RegisterBus, Request
-from arcref_gateware.link.status_recorder import is_recorded
-from arcref_gateware.register_stages import delayed
+from arcref_gateware.link.register_decoder import RegisterDecoder
+from arcref_gateware.link.register_layout import (
+    COUNTED,
+    PLACE_BITS,
+    READABLE_WINDOW,
+    SHADOW_BITS,
+    UNKNOWN_PAIR,
+    ZERO_PLACE,
+    initial_words,
+    live_registers,
+    settings,
+    writable_registers,
+)
+from arcref_gateware.link.register_memory import BUS_READ, BUS_WORD, SETTING_WRITE, RegisterMemory
+from arcref_gateware.link.selected_words import joining_clocks, selected_word
+from arcref_gateware.link.written_registers import WrittenRegisters
 
-ANSWER_CLOCKS = 7
-"""Clocks from `valid` to `done`, unless a snapshot is taken."""
+READ_FIRST, READ_SECOND, ACT = 1, 2, 3
+"""Steps of a request."""
 
-GROUP_BITS = 4
+STEPS = 4
 
-UNKNOWN, READ_ONLY, INSIDE, BEGINS = range(4)
-"""Kinds of a word for a write: no register, one that is only read, a later word of a register, its first word."""
-
-FACT_BITS = 1 + 2 + 2 + WORD_BITS
-
-
-def live_registers() -> list[Register]:
-    """Registers whose value is an input of the register file."""
-    return [r for r in REGISTERS.registers if r.access is Access.READ and not is_recorded(r)]
+# A step ends with the phase that brings the bus's word, and the next one begins with that in which a place is taken.
+assert BUS_READ == BUS_WORD + 1 == SETTING_WRITE + 1
 
 
 class RegisterFile(wiring.Component):
-    """One port for each register: inputs of what can be read, outputs of settings and commands, by their names.
+    """One port for each register that is not constant or recorded, by its name.
 
-    A command's output holds the written value for one clock and is 0 otherwise. Besides: the bus, the snapshot's
-    handshake, the recorder's memory and the windows. `resets` gives settings another reset value than the declaration.
+    Inputs are the values of live registers and what tells of the events of counted ones, see `EventCounters`. Outputs
+    are settings and commands; a command's holds the written value for one clock and is 0 otherwise. Besides: the bus,
+    the recorder's records and the windows. `constants` gives the registers `register_layout.CONSTANTS`, `resets` gives
+    settings another reset value than the declaration.
+
+    The lower word of a setting that is written alone waits in the memory, where it is read back, for the upper one.
     """
 
-    def __init__(self, resets: dict[str, int] | None = None):
-        resets = resets or {}
-        self.held = Signal(WORD_BITS)
+    def __init__(self, constants: dict[str, int], resets: dict[str, int] | None = None):
+        self.resets = resets or {}
+        self.constants = constants
         members = {"bus": In(RegisterBus())}
         for register in live_registers():
             members[register.name] = In(signed(register.width) if register.signed else register.width)
-        for register in REGISTERS.registers:
-            if register.access is not Access.READ:
-                reset = resets.get(register.name, register.reset) if register.access is Access.WRITE else 0
-                members[register.name] = Out(register.width, init=reset)
+        members |= {counted.name: In(counted.bits) for counted in COUNTED}
+        self.written = WrittenRegisters(self.resets)
+        members |= {register.name: self.written.signature.members[register.name] for register in writable_registers()}
         super().__init__(
             members
             | {
                 "snapshot": Out(1),
                 "snapshot_done": In(1),
-                "recorded_address": Out(6),
-                "recorded_word": In(WORD_BITS),
+                "record_valid": In(1),
+                "record_place": In(PLACE_BITS),
+                "record": In(WORD_BITS),
                 "window_address": Out(12),
+                "grid_written": Out(1),
+                "captures_cleared": In(1),
                 "identity_word": In(WORD_BITS),
                 "loading": In(1),
                 "window_write": Out(len(REGISTERS.windows)),
@@ -70,13 +91,19 @@ class RegisterFile(wiring.Component):
     snapshot: Out
     """1 for one clock: take a snapshot."""
     snapshot_done: In
-    """1 for one clock once the snapshot is in the recorder's memory."""
-    recorded_address: Out
-    """Word of the recorder's memory that is wanted."""
-    recorded_word: In
-    """The word, two to four clocks later."""
+    """1 for one clock once its words were given."""
+    record_valid: In
+    """1 while a record's words come; see `StatusRecorder`."""
+    record_place: In
+    """Where `record` belongs in the memory."""
+    record: In
+    """A word of a record."""
     window_address: Out
     """Word of a window, counted from its beginning."""
+    grid_written: Out
+    """1 for one clock as the compare output's period or start was written, with the new value."""
+    captures_cleared: In
+    """1 for one clock: the counts of captures start from 0, those that are told in the next clock."""
     identity_word: In
     """Word of the identity memory, four clocks after its address."""
     loading: In
@@ -89,147 +116,165 @@ class RegisterFile(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         bus = self.bus
-        is_read, is_write = Signal(), Signal()
-        m.d.sync += [is_read.eq(bus.request == Request.READ), is_write.eq(bus.request == Request.WRITE)]
+        m.submodules.memory = memory = RegisterMemory(initial_words(self.constants, self.resets))
+        m.submodules.counters = counters = EventCounters()
+        m.submodules.decoder = decoder = RegisterDecoder()
+        m.submodules.written = written = self.written
 
-        # First clock: the address. Second: which group of sixteen it is in.
-        address = Signal(len(bus.address))
-        low = Signal(GROUP_BITS)
-        m.d.sync += [address.eq(bus.address), low.eq(address[:GROUP_BITS])]
-        groups = sorted({place >> GROUP_BITS for r in REGISTERS.registers for place in r.addresses})
-        selected = {group: Signal(name=f"group{group:x}") for group in groups}
-        for group, here in selected.items():
-            m.d.sync += here.eq(address[GROUP_BITS:] == group)
-        in_window = [Signal(name=f"in_{window.name}") for window in REGISTERS.windows]
-        for here, window in zip(in_window, REGISTERS.windows, strict=True):
-            assert window.address % window.words == 0
-            m.d.sync += here.eq(address[exact_log2(window.words) :] == window.address // window.words)
-        m.d.comb += [
-            # The snapshot stands at 0x10.., the fault logs at 0x40..: see StatusRecorder for the memory's order.
-            self.recorded_address.eq(Cat(address[:5], address[5] | ~address[6])),
-            self.window_address.eq(address[:12]),
-            self.window_word.eq(bus.write_word),
-        ]
-
-        def here(place: int):
-            """1 in the third clock when the address is `place`."""
-            return selected[place >> GROUP_BITS] & (low == place % (1 << GROUP_BITS))
-
-        # Third clock: what each group has there. Fourth: that of the group it is.
-        words, holds = self._words()
-        facts = {
-            place: _facts(register, i) for register in REGISTERS.registers for i, place in enumerate(register.addresses)
-        }
-        chosen = {group: delayed(m, signal, 1, name=f"chosen{group:x}") for group, signal in selected.items()}
-        word, fact = Signal(WORD_BITS), Signal(FACT_BITS)
-        joined_word, joined_fact = 0, 0
-        for group in groups:
-            places = range(group << GROUP_BITS, (group + 1) << GROUP_BITS)
-            group_word = Signal(WORD_BITS, name=f"word{group:x}")
-            group_fact = Signal(FACT_BITS, name=f"fact{group:x}")
-            unknown = Const(UNKNOWN_WORD, WORD_BITS)
-            m.d.sync += [
-                group_word.eq(Array([words.get(place, unknown) for place in places])[low]),
-                group_fact.eq(Array([Const(facts.get(place, 0), FACT_BITS) for place in places])[low]),
-            ]
-            joined_word = joined_word | (group_word & chosen[group].replicate(WORD_BITS))
-            joined_fact = joined_fact | (group_fact & chosen[group].replicate(FACT_BITS))
-        none = Signal()
-        m.d.sync += [word.eq(joined_word), fact.eq(joined_fact), none.eq(~Cat(chosen.values()).any())]
-        windows = [
-            delayed(m, signal, 2, name=f"{w.name}_chosen")
-            for signal, w in zip(in_window, REGISTERS.windows, strict=True)
-        ]
-        is_recorded_word, kind, register_words, forbidden = fact[0], fact[1:3], fact[3:5], fact[5:]
-        in_identity = windows[[w.name for w in REGISTERS.windows].index("identity")]
-
-        # Fifth: the answer to a READ. Sixth: that to a CHECK.
-        plain, other, misfit, outside = Signal(WORD_BITS), Signal(WORD_BITS), Signal(), Signal()
-        status = Signal(STATUS_BITS)
-        in_any_window = Cat(windows).any()
+        # The request, held.
+        address, word = Signal(ADDRESS_BITS, reset_less=True), Signal(WORD_BITS, reset_less=True)
+        is_read, is_write, is_upper = Signal(), Signal(), Signal()
         m.d.sync += [
-            plain.eq(word & ~is_recorded_word.replicate(WORD_BITS)),
-            other.eq(
-                (self.recorded_word & is_recorded_word.replicate(WORD_BITS))
-                | (self.identity_word & in_identity.replicate(WORD_BITS))
-                | (Const(UNKNOWN_WORD, WORD_BITS) & (none & ~in_identity).replicate(WORD_BITS))
-            ),
-            bus.read_word.eq(plain | other),
-            misfit.eq((bus.write_word & forbidden).any()),
-            outside.eq((kind == INSIDE) & ~bus.following | (kind == BEGINS) & (bus.words_left < register_words)),
-            status.eq(Status.DONE),
+            address.eq(bus.address),
+            word.eq(bus.write_word),
+            is_read.eq(bus.request == Request.READ),
+            is_write.eq(bus.request == Request.WRITE),
         ]
-        window_later = delayed(m, in_any_window, 1, name="window_later")
-        kind_later = delayed(m, kind, 1, name="kind_later")
-        with m.If(window_later & ~is_read), m.If(~self.loading):
-            m.d.sync += status.eq(Status.NOT_NOW)
-        with m.Elif((kind_later == UNKNOWN) & ~is_read):
-            m.d.sync += status.eq(Status.UNKNOWN_ADDRESS)
-        with m.Elif((kind_later == READ_ONLY) & ~is_read):
-            m.d.sync += status.eq(Status.READ_ONLY)
-        with m.Elif((misfit | outside) & ~is_read):
-            m.d.sync += status.eq(Status.OUT_OF_RANGE)
-        m.d.comb += bus.status.eq(status)
+        m.d.comb += [decoder.address.eq(address), decoder.word.eq(word), decoder.is_upper.eq(is_upper)]
+        takes_snapshot = Signal()
+        m.d.sync += takes_snapshot.eq(decoder.at_snapshot & is_read)
+        step, goes_on = self._steps(m, memory.phase[BUS_WORD], counters.round_ends, takes_snapshot)
+        with m.If(memory.phase[BUS_WORD]):
+            # A read works on both words of the pair, one after the other; anything else on its own.
+            m.d.sync += is_upper.eq((step[:ACT].any() | goes_on) & (is_read | address[0]))
 
-        # When it is done: a snapshot takes its time.
-        stage = Signal(ANSWER_CLOCKS)
-        waits = Signal()
-        m.d.sync += [stage.eq(Cat(bus.valid, stage)), self.snapshot.eq(0), bus.done.eq(0)]
-        with m.If(stage[1] & here(REGISTERS["snapshot_number"].address) & is_read):
-            m.d.sync += [self.snapshot.eq(1), waits.eq(1)]
-        settled = delayed(m, self.snapshot_done & waits, ANSWER_CLOCKS, name="settled")
-        with m.If(settled):
-            m.d.sync += [waits.eq(0), bus.done.eq(1)]
-        with m.If(stage[-1] & ~waits):
-            m.d.sync += bus.done.eq(1)
+        # What is read, and where.
+        in_identity = decoder.window[READABLE_WINDOW]
+        pair = decoder.place[1:]
+        reads_pair = Signal.like(pair)
+        with m.If(decoder.is_unknown):
+            m.d.sync += reads_pair.eq(UNKNOWN_PAIR >> 1)
+        with m.Elif(in_identity):
+            m.d.sync += reads_pair.eq(ZERO_PLACE >> 1)
+        with m.Else():
+            m.d.sync += reads_pair.eq(
+                pair ^ ((written.as_after_reset & is_read).replicate(len(pair)) & SHADOW_BITS >> 1)
+            )
+        reads_upper = Signal()
+        m.d.sync += reads_upper.eq(is_upper)
+        m.d.comb += memory.bus_place.eq(Cat(reads_upper, reads_pair))
 
-        # The upper words of live registers are kept as their lowest word is read, so that a number is never torn.
-        for place, upper in holds:
-            with m.If(stage[1] & is_read & here(place)):
-                m.d.sync += self.held.eq(upper)
-        self._write(m, here, in_window, stage[1] & is_write)
+        first_live, second_live = _live_words(m, self, decoder, in_identity)
+        first, second = Signal(WORD_BITS, reset_less=True), Signal(WORD_BITS, reset_less=True)
+        is_second, has_second, takes = Signal(), Signal(), Signal()
+        m.d.sync += [
+            is_second.eq(address[0] & ~in_identity),
+            has_second.eq(is_second & bus.following & is_read),
+            takes.eq(memory.phase[BUS_WORD - 1] & (step[READ_FIRST] | step[READ_SECOND]) & ~has_second),
+        ]
+        # Spelt out so that both are enabled together: an enable of few registers costs more than it saves.
+        later = step[READ_SECOND].replicate(WORD_BITS)
+        with m.If(takes):
+            m.d.sync += [
+                first.eq((first & later) | ((first_live | memory.word) & ~later)),
+                second.eq((second & later) | (memory.word & later) | (second_live & ~later)),
+            ]
+        m.d.comb += bus.read_word.eq(Mux(is_second, second, first))
+
+        # What a write does. The windows' memories are elsewhere.
+        act, keeps = Signal(), Signal()
+        in_window = Signal()
+        m.d.sync += [
+            act.eq(memory.phase[BUS_READ] & step[ACT] & is_write),
+            keeps.eq(step[ACT] & is_write & decoder.kept),
+            in_window.eq(decoder.window.any()),
+            self.window_write.eq(decoder.window & act.replicate(len(decoder.window))),
+        ]
+        m.d.comb += [
+            written.act.eq(act),
+            self.grid_written.eq(written.grid_written),
+            written.word.eq(word),
+            written.lower_word.eq(first),
+            memory.setting_valid.eq(keeps),
+            memory.setting_place.eq(decoder.place),
+            memory.setting.eq(word),
+            self.window_address.eq(address),
+            self.window_word.eq(word),
+        ]
+        for register in writable_registers():
+            at = f"at_{register.name}"
+            m.d.comb += [
+                getattr(self, register.name).eq(getattr(written, register.name)),
+                getattr(written, at).eq(getattr(decoder, at)),
+            ]
+        for register in settings():
+            inside = f"in_{register.name}"
+            m.d.comb += getattr(written, inside).eq(getattr(decoder, inside))
+
+        # What is said of a write before it acts.
+        incomplete, refused = Signal(), Signal()
+        unknown, read_only, out_of_range, not_now = Signal(), Signal(), Signal(), Signal()
+        m.d.sync += [
+            incomplete.eq((decoder.later_word & ~bus.following) | (decoder.two_words & bus.is_last)),
+            refused.eq(decoder.misfit | incomplete),
+            unknown.eq(~is_read & ~in_window & ~decoder.known),
+            read_only.eq(~is_read & ~in_window & decoder.known & ~decoder.writable),
+            out_of_range.eq(~is_read & ~in_window & decoder.writable & refused),
+            not_now.eq(~is_read & in_window & ~self.loading),
+        ]
+        m.d.comb += bus.status.eq(
+            _status(unknown, Status.UNKNOWN_ADDRESS)
+            | _status(read_only, Status.READ_ONLY)
+            | _status(out_of_range, Status.OUT_OF_RANGE)
+            | _status(not_now, Status.NOT_NOW)
+        )
+
+        # The memory's other users.
+        m.d.comb += [
+            memory.counter_place.eq(counters.read_place),
+            memory.total_place.eq(counters.write_place),
+            memory.total.eq(counters.total),
+            memory.record_valid.eq(self.record_valid),
+            memory.record_place.eq(self.record_place),
+            memory.record.eq(self.record),
+            counters.phase.eq(memory.phase),
+            counters.word.eq(memory.word),
+            counters.clear.eq(self.captures_cleared),
+            *(getattr(counters, counted.name).eq(getattr(self, counted.name)) for counted in COUNTED),
+        ]
         return m
 
-    def _words(self) -> tuple[dict, list]:
-        """What stands at each address, and (address of the lowest word, upper word) of live registers of two words."""
-        words, holds = {}, []
-        for register in REGISTERS.registers:
-            if is_recorded(register):
-                continue
-            if register.access is Access.COMMAND:
-                words |= {place: Const(0, WORD_BITS) for place in register.addresses}
-                continue
-            value = getattr(self, register.name).as_unsigned()
-            parts = [value[WORD_BITS * i : WORD_BITS * (i + 1)] for i in range(register.words)]
-            if register.words > 1 and register.access is Access.READ:
-                assert register.words == 2, "a live register has two words at the most; wider ones are recorded"
-                holds.append((register.address, parts[1]))
-                parts[1] = Mux(self.bus.following, self.held, parts[1])
-            words |= dict(zip(register.addresses, parts, strict=True))
-        return words, holds
-
-    def _write(self, m: Module, here, in_window, acts) -> None:
-        """Let a written word act. Of a wide register the lower word waits for the upper one."""
-        word, lower = self.bus.write_word, Signal(WORD_BITS)
-        with m.If(acts):
-            m.d.sync += lower.eq(word)
-        for register in REGISTERS.registers:
-            if register.access is Access.READ:
-                continue
-            assert register.words <= 2, "a setting has two words at the most"
-            output = getattr(self, register.name)
-            if register.access is Access.COMMAND:
-                m.d.sync += output.eq(0)
-            with m.If(acts & here(register.addresses[-1])):
-                m.d.sync += output.eq(word if register.words == 1 else Cat(lower, word))
-        m.d.sync += self.window_write.eq(Cat(in_window) & acts.replicate(len(in_window)))
+    def _steps(self, m: Module, ends, round_ends, takes_snapshot):
+        """The request's way through its steps, and 1 in the last phase of the wait for a snapshot."""
+        asked, step = Signal(), Signal(STEPS)
+        # A snapshot takes its time, and a whole round of the counters after it, to count it.
+        waits, recorded, rounds = Signal(), Signal(), Signal(2)
+        begins_wait, ends_wait = Signal(), Signal()
+        goes_on = rounds[1]
+        m.d.comb += [begins_wait.eq(ends & step[0] & takes_snapshot), ends_wait.eq(ends & goes_on)]
+        m.d.sync += [
+            asked.eq(self.bus.valid | (asked & ~ends)),
+            self.bus.done.eq(ends & step[ACT]),
+            self.snapshot.eq(begins_wait),
+            waits.eq(begins_wait | (waits & ~ends_wait)),
+            recorded.eq((self.snapshot_done & waits) | (recorded & ~ends_wait)),
+            rounds.eq((rounds | (Cat(1, rounds[0]) & (recorded & round_ends).replicate(2))) & ~ends_wait.replicate(2)),
+        ]
+        with m.If(ends):
+            m.d.sync += step.eq(Cat(asked, (step[0] & ~takes_snapshot) | goes_on, step[READ_FIRST:]))
+        return step, rounds[1]
 
 
-def _facts(register: Register, word: int) -> int:
-    """What must be known of a word to read it or to check a write: see the slices of `fact`."""
-    recorded = is_recorded(register)
-    kind = READ_ONLY if register.access is Access.READ else INSIDE if word else BEGINS
-    is_last = word == register.words - 1
-    bits = register.width - WORD_BITS * word if is_last else WORD_BITS
-    forbidden = (1 << WORD_BITS) - (1 << bits)
-    return recorded | kind << 1 | register.words << 3 | forbidden << 5
+def _status(holds, status: Status):
+    """The status, or 0."""
+    return int(status) & holds.replicate(STATUS_BITS)
+
+
+def _live_words(m: Module, file: RegisterFile, decoder: RegisterDecoder, in_identity):
+    """The live values, and the identity's, at the two words of the pair, both of one clock."""
+    firsts, seconds = [(in_identity, file.identity_word)], []
+    for register in live_registers():
+        value = getattr(file, register.name).as_unsigned()
+        select = getattr(decoder, f"pair_{register.name}")
+        low, high = value[:WORD_BITS], value[WORD_BITS:]
+        if register.address % 2:
+            seconds.append((select, low))
+        else:
+            firsts.append((select, low))
+            if len(high):
+                seconds.append((select, high))
+    clocks = max(joining_clocks(len(firsts)), joining_clocks(len(seconds)))
+    return (
+        selected_word(m, firsts, name="first_live", clocks=clocks),
+        selected_word(m, seconds, name="second_live", clocks=clocks),
+    )

@@ -4,13 +4,11 @@ line -> receiver -> packets in memory -> request handler -> registers
 line <- transmitter <- sender <- answers of the handler, records of the streamer
 """
 
-from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from arcref.angle import POSITION_BITS
-from arcref_gateware.correction import CORRECTION_BITS
-from arcref_gateware.link.capture_fifo import COUNT_BITS
+from arcref_gateware.link.capture_fifo import CaptureOutlet
 from arcref_gateware.link.capture_streamer import CaptureStreamer
 from arcref_gateware.link.packet_memory import PacketMemory
 from arcref_gateware.link.packet_receiver import PacketReceiver
@@ -19,24 +17,6 @@ from arcref_gateware.link.register_bus import RegisterBus
 from arcref_gateware.link.request_handler import RequestHandler
 from arcref_gateware.link.uart_receiver import UartReceiver
 from arcref_gateware.link.uart_transmitter import UartTransmitter
-
-
-class CaptureOutlet(wiring.Signature):
-    """The oldest capture of a `CaptureFifo`, as who takes it sees it."""
-
-    def __init__(self):
-        super().__init__(
-            {
-                "ready": In(1),
-                "taken": Out(1),
-                "time": In(POSITION_BITS),
-                "raw": In(POSITION_BITS),
-                "correction": In(CORRECTION_BITS),
-                "flags": In(8),
-                "after_loss": In(1),
-                "lost": In(COUNT_BITS),
-            }
-        )
 
 
 class UartDoor(wiring.Component):
@@ -58,8 +38,8 @@ class UartDoor(wiring.Component):
     """The oldest capture."""
     packets_refused: Out(16)
     """Packets that came broken, modulo 65536."""
-    requests_obeyed: Out(16)
-    """Requests that were answered, modulo 65536."""
+    requests_obeyed: Out(1)
+    """Changes with each request that was answered."""
 
     def __init__(self, divisor: int):
         self.divisor = divisor
@@ -75,6 +55,7 @@ class UartDoor(wiring.Component):
         m.submodules.sender = sender = PacketSender()
         m.submodules.uart_transmitter = transmitter = UartTransmitter(self.divisor)
         connect(m, handler.bus, flipped(self.bus))
+        connect(m, streamer.oldest, flipped(self.capture))
         m.d.comb += [
             uart_receiver.rx.eq(self.rx),
             receiver.data.eq(uart_receiver.data),
@@ -102,13 +83,6 @@ class UartDoor(wiring.Component):
             self.packets_refused.eq(receiver.refused),
             self.requests_obeyed.eq(handler.obeyed),
             streamer.enable.eq(self.enable),
-            streamer.ready.eq(self.capture.ready),
-            self.capture.taken.eq(streamer.taken),
-            Cat(streamer.time, streamer.raw, streamer.correction, streamer.flags).eq(
-                Cat(self.capture.time, self.capture.raw, self.capture.correction, self.capture.flags)
-            ),
-            streamer.after_loss.eq(self.capture.after_loss),
-            streamer.lost.eq(self.capture.lost),
         ]
 
         # Who may put the next packet together: an answer goes before a capture.

@@ -12,7 +12,7 @@ class UartTransmitter(wiring.Component):
     """The byte to send, with `valid`."""
     valid: In(1)
     """1 while there is a byte; it is taken in the clock in which `ready` is 1 as well."""
-    ready: Out(1)
+    ready: Out(1, init=1)
     """1 when a byte can be taken."""
     tx: Out(1, init=1)
     """The line, high when idle."""
@@ -25,18 +25,16 @@ class UartTransmitter(wiring.Component):
         m = Module()
         clocks = Signal(range(self.divisor))
         bit_ends = Signal()  # a clock early, so that the counter's comparison is off the path
-        bits_left = Signal(range(11))
+        # The bits that are left, a register each: the last one goes out as the only one is left.
+        left = Signal(10)
         shift = Signal(9, init=~0)
-        m.d.comb += self.ready.eq(bits_left == 0)
-        m.d.sync += [clocks.eq(clocks - 1), bit_ends.eq(clocks == 1), self.tx.eq(shift[0])]
+        m.d.sync += [self.tx.eq(shift[0]), bit_ends.eq(clocks == 1), clocks.eq(clocks - 1)]
+        with m.If(self.ready | bit_ends):
+            m.d.sync += clocks.eq(self.divisor - 1)
         with m.If(self.ready):
-            m.d.sync += [clocks.eq(self.divisor - 1), bit_ends.eq(0)]
+            m.d.sync += bit_ends.eq(0)
             with m.If(self.valid):
-                m.d.sync += [shift.eq(Cat(Const(0, 1), self.data)), bits_left.eq(10)]
+                m.d.sync += [shift.eq(Cat(Const(0, 1), self.data)), left.eq(-1), self.ready.eq(0)]
         with m.Elif(bit_ends):
-            m.d.sync += [
-                clocks.eq(self.divisor - 1),
-                shift.eq(Cat(shift[1:], Const(1, 1))),
-                bits_left.eq(bits_left - 1),
-            ]
+            m.d.sync += [shift.eq(Cat(shift[1:], Const(1, 1))), left.eq(left >> 1), self.ready.eq(~left[1])]
         return m

@@ -12,6 +12,7 @@ from arcref_gateware.boards.board_file import board_names, load_board
 from arcref_gateware.boards.board_platform import board_platform
 from arcref_gateware.boards.board_top import BoardTop
 from arcref_gateware.boards.pin_tables import package_balls
+from arcref_gateware.boards.self_test import SelfTest
 from arcref_gateware.connected_encoder import DEFAULT_BAUD
 from arcref_gateware.toolchain import use_installed_yosys
 
@@ -72,6 +73,16 @@ def test_every_board_elaborates_with_its_balls_standards_and_clocks(name, random
         unit = 1 if board.family == "ecp5" else 1e6
         line = next(line for line in text.splitlines() if f".{clock}" in line)
         assert float(re.findall(r"[\d.]+(?:e[+-]?\d+)?", line)[-1]) == pytest.approx(frequency_hz / unit)
+
+
+@pytest.mark.parametrize("name", ["ulx3s", "hx8k", "icebreaker"])
+def test_every_kind_of_board_elaborates_with_its_self_test(name, random_rom):
+    use_installed_yosys()
+    board = load_board(name, CONSTRAINTS)
+    top = BoardTop(board, random_rom, self_test=SelfTest())
+    netlist = _text(board_platform(board).build(top, name="top", do_build=False).files["top.il"])
+    assert "generator" in netlist
+    assert ("course" in netlist) != board.has_link, "with a link the host turns it"
 
 
 def _text(content) -> str:

@@ -6,16 +6,18 @@ import pytest
 from amaranth.hdl import Elaboratable, Module, ResetSignal
 from amaranth_bench import Bench, as_bits, assert_rows
 from core_bench import OUTPUTS, as_output, assert_same_output
+from spi_lines import SpiLines, to_bytes
 
 from arcref.angle import COUNTS_PER_TURN
 from arcref.flags import Flag
 from arcref.input_error import InputError
-from arcref.link.registers import GENERATOR_FAULTS
+from arcref.link.registers import GENERATOR_FAULTS, REGISTERS
+from arcref.position_frame import RegisterFrame, encode_read_register
 from arcref_gateware.boards.alignment_check import AlignmentPattern
 from arcref_gateware.boards.instrument import Instrument
 from arcref_gateware.boards.self_test import SelfTest
 from arcref_gateware.boards.self_test_course import LEG_WORDS, SelfTestCourse, course_of_words
-from arcref_gateware.boards.square_wave_generator import RATE_BITS
+from arcref_gateware.boards.square_wave_generator import GENERATOR_CLOCKS, RATE_BITS
 from arcref_gateware.boards.square_wave_golden import square_wave_samples
 from arcref_gateware.boards.word_domains import add_word_domains
 from arcref_gateware.golden.core import CoreModel
@@ -23,6 +25,7 @@ from arcref_gateware.golden.signal_changes import A_BIT, B_BIT, STROBE_BIT, Z_BI
 from arcref_gateware.latency import LATENCY_CLOCKS
 
 LINES = {"a": A_BIT, "b": B_BIT, "z": Z_BIT, "strobe": STROBE_BIT}
+SPI_INPUTS = ("spi_sck", "spi_cs_n", "spi_copi")
 INSTRUMENT_PORTS = ("alignment", "led_homed", "led_fault", "led_heartbeat", "hold")
 
 
@@ -31,7 +34,7 @@ class _WholeInstrument(Elaboratable):
 
     def __init__(self, instrument: Instrument):
         self.instrument = instrument
-        for name in (*LINES, *INSTRUMENT_PORTS):
+        for name in (*LINES, *INSTRUMENT_PORTS, *SPI_INPUTS):
             setattr(self, name, getattr(instrument, name))
         for name in OUTPUTS:
             setattr(self, name, getattr(instrument.core, name))
@@ -105,6 +108,36 @@ def test_the_whole_instrument_counts_its_generator_as_the_golden_core_does(rando
     assert rows["led_homed"][-1] == 1
     assert rows["led_fault"][-1] == (fault is not None)
     assert core["capture_valid"].sum() > 10
+
+
+@pytest.mark.parametrize("fault", [None, "wide_index"])
+def test_with_a_link_the_generator_turns_from_power_up_and_its_registers_say_so(random_rom, fault):
+    self_test = SelfTest(speed_rps=6.0, fault=fault)
+    instrument = Instrument(random_rom, 2, 64e6, self_test=self_test, has_link=True, baud=8e6)
+    settings = self_test.settings(128e6)
+    assert settings == {
+        "generator_control": 1 if fault is None else 0b100001,
+        "generator_rate": round(6 * COUNTS_PER_TURN / 128e6 * 2**24) * 256,
+    }
+    lines = SpiLines(start=200)
+    rate = REGISTERS["generator_rate"].address
+    places = [REGISTERS["generator_control"].address, rate, rate + 1]
+    for place in places:
+        lines.transfer(encode_read_register(place), gap=90)
+        lines.transfer()
+    spi = {f"spi_{name}": row for name, row in lines.rows().items()}
+    words = len(spi["spi_sck"])
+    bench = Bench(_WholeInstrument(instrument), ["a", *spi], ["raw_position", "illegal_steps", "spi_cipo"])
+    # The pins are not counted, whatever they do.
+    rows = bench.run(words, a=np.arange(words) % 4, **spi)
+    answers = [RegisterFrame.decode(to_bytes(bits)) for bits in lines.received(rows["spi_cipo"])[1::2]]
+    read = [answer.word for answer in answers]
+    assert read[0] == settings["generator_control"]
+    assert read[1] | read[2] << 16 == settings["generator_rate"]
+    raw = rows["raw_position"]
+    turned = (words - GENERATOR_CLOCKS - LATENCY_CLOCKS) * 2 * settings["generator_rate"] / 2**32
+    assert raw[-1] - raw[0] == pytest.approx(turned, abs=5)
+    assert rows["illegal_steps"][-1] == 0
 
 
 def test_the_core_is_held_until_the_alignment_check_has_passed(random_rom):

@@ -7,15 +7,16 @@ import pytest
 from amaranth_bench import Bench
 
 from arcref_gateware.golden.compare import compare_pulses
-from arcref_gateware.link.compare_output import COMPARE_CLOCKS, LEAST_PERIOD, CompareOutput
+from arcref_gateware.link.compare_output import COMPARE_CLOCKS, LEAST_PERIOD, SETTLE_CLOCKS, CompareOutput
 
 BENCH = None
+PORTS = ["position", "homed", "period", "start", "restart", "width"]
 TURN = 1 << 23
 
 
 def pulses(position, period, start, width=0):
     global BENCH
-    BENCH = BENCH or Bench(CompareOutput(), ["position", "homed", "period", "start", "width"], ["pulse", "count"])
+    BENCH = BENCH or Bench(CompareOutput(), PORTS, ["pulse", "count"])
     tail = np.full(COMPARE_CLOCKS + 20, position[-1])
     shown = np.concatenate([position, tail])
     return BENCH.run(len(shown), position=shown, homed=1, period=period, start=start, width=width)
@@ -53,7 +54,7 @@ def test_reversals_away_from_the_lines_lose_and_add_nothing(seed):
     # A line passed again while the lines are still being moved has its pulse up to ten words late.
     assert len(got) == len(expected)
     assert np.all((got - expected >= 0) & (got - expected <= 10))
-    assert output["count"][-1] == len(expected)
+    assert output["count"][-1] == len(expected) % 128
 
 
 def test_the_grid_goes_over_the_end_of_a_turn_and_of_the_numbers():
@@ -70,3 +71,36 @@ def test_a_pulse_has_its_width_and_a_short_period_switches_the_output_off():
     ends = np.flatnonzero(np.diff(output["pulse"]))
     assert np.array_equal(np.diff(ends)[::2], [25] * len(ends[::2]))
     assert not pulses(position, LEAST_PERIOD - 1, 1100)["pulse"].any()
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("by", ["restart", "homed"])
+def test_a_new_grid_begins_at_the_next_passage_of_its_start(seed, by):
+    """At random instants another K and start are set, or the position is lost and found; no pulse but on a line."""
+    rng = np.random.default_rng(seed)
+    words, length = 6000, 600
+    speed = rng.choice([-3.9, -1.5, 1.2, 3.3])
+    position = motion(seed, words, speed, rng.integers(0, TURN))
+    begins = np.arange(0, words, length) + rng.integers(0, 200, words // length)
+    period, start, other = np.zeros((3, words), dtype=np.int64)
+    expected = []
+    for k, first in enumerate(begins):
+        end = begins[k + 1] if k + 1 < len(begins) else words
+        period[first:end] = rng.integers(LEAST_PERIOD, 200) if by == "restart" or k == 0 else period[first - 1]
+        # Ahead, and the one before it behind the position, which so lies between them.
+        start[first:end] = (position[first] + int(speed * rng.integers(60, 150))) % TURN
+        other[first : first + (1 if by == "restart" else 5)] = 1
+        settled = first + SETTLE_CLOCKS + 8
+        expected.append(settled + compare_pulses(position[settled:end], int(period[first]), int(start[first])))
+    ports = {"restart": other} if by == "restart" else {"homed": 1 - other}
+    bench = Bench(CompareOutput(), PORTS, ["pulse"])
+    got = np.flatnonzero(
+        bench.run(words, position=position, period=period, start=start, **{"homed": 1, **ports})["pulse"]
+    )
+    got = got - COMPARE_CLOCKS
+    # What passes as the grid is changed is neither asked for nor forbidden.
+    changing = np.concatenate([np.arange(first - COMPARE_CLOCKS, first + SETTLE_CLOCKS + 16) for first in begins])
+    expected = np.concatenate(expected)
+    expected, got = (np.setdiff1d(pulses_at, changing) for pulses_at in (expected, got))
+    assert np.array_equal(got, expected[expected < words - COMPARE_CLOCKS])
+    assert len(got) > 5

@@ -3,15 +3,14 @@
 import random
 
 import pytest
-from uart_bench import exchange
+from uart_bench import CONSTANT_VALUES, exchange
 
 from arcref.link.packet import MOST_WORDS, Kind, Packet, Status
 from arcref.link.packet_stream import PacketStream
 from arcref.link.register import UNKNOWN_WORD, Access
 from arcref.link.registers import REGISTERS
 from arcref_gateware.golden.link import LinkModel
-from arcref_gateware.link.register_file import live_registers
-from arcref_gateware.link.status_recorder import is_recorded
+from arcref_gateware.link.register_layout import is_recorded, live_registers
 
 READABLE = [r for r in REGISTERS.registers if r.access is not Access.COMMAND and not is_recorded(r)]
 # The link's own counters move with the requests, and reading the number of a snapshot takes one.
@@ -27,8 +26,10 @@ INSTANT = {
 
 
 def live_values(seed=0):
+    """What every register reads that cannot be written; counted ones stand at 0."""
     rng = random.Random(seed)
-    return {r.name: rng.getrandbits(r.width) for r in live_registers()}
+    counted = {r.name: 0 for r in READABLE if r.access is Access.READ}
+    return counted | CONSTANT_VALUES | {r.name: rng.getrandbits(r.width) for r in live_registers()}
 
 
 def read(number, address, count):

@@ -9,11 +9,14 @@ from amaranth.sim import Simulator
 
 from arcref.link.register import Access
 from arcref.link.registers import REGISTERS
-from arcref_gateware.link.register_file import RegisterFile, live_registers
+from arcref_gateware.link.register_file import RegisterFile
+from arcref_gateware.link.register_layout import CONSTANTS, live_registers
 from arcref_gateware.link.status_recorder import StatusRecorder
 from arcref_gateware.link.uart_door import UartDoor
 
 DIVISOR = 8
+
+CONSTANT_VALUES = {name: 0x5A5A_1234 * (k + 3) % (1 << REGISTERS[name].width) for k, name in enumerate(CONSTANTS)}
 
 SETTINGS = [register for register in REGISTERS.registers if register.access is not Access.READ]
 
@@ -23,7 +26,7 @@ class Door(wiring.Component):
 
     def __init__(self):
         super().__init__({})
-        self.door, self.file, self.recorder = UartDoor(DIVISOR), RegisterFile(), StatusRecorder()
+        self.door, self.file, self.recorder = UartDoor(DIVISOR), RegisterFile(CONSTANT_VALUES), StatusRecorder()
         self.changed = Signal()
 
     def elaborate(self, platform):
@@ -37,8 +40,11 @@ class Door(wiring.Component):
             self.recorder.snapshot.eq(self.file.snapshot),
             self.file.snapshot_done.eq(self.recorder.snapshot_done),
             self.file.snapshot_number.eq(self.recorder.snapshot_number),
-            self.recorder.address.eq(self.file.recorded_address),
-            self.file.recorded_word.eq(self.recorder.word),
+            self.file.record_valid.eq(self.recorder.record_valid),
+            self.file.record_place.eq(self.recorder.record_place),
+            self.file.record.eq(self.recorder.record),
+            self.file.link_state.eq(self.door.requests_obeyed),
+            self.file.packets_refused.eq(self.door.packets_refused),
         ]
         # One bit that tells when a write acts, so that the bench need not look at every port at every clock.
         outputs = Cat(getattr(self.file, r.name) for r in SETTINGS)
@@ -61,7 +67,7 @@ def exchange(chunks: list[bytes], live: dict[str, int], instant: dict[str, int],
 
     async def host(ctx):
         for register in live_registers():
-            if register.name in live and register.name != "snapshot_number":
+            if register.name in live:
                 ctx.set(getattr(dut.file, register.name), live[register.name])
         for name, value in instant.items():
             ctx.set(getattr(dut.recorder, name), value)
@@ -76,7 +82,7 @@ def exchange(chunks: list[bytes], live: dict[str, int], instant: dict[str, int],
                     await ctx.tick().repeat(DIVISOR)
                 await ctx.tick().repeat(1 + rng.randrange(4))
             quiet, before = 0, len(answers[-1])
-            while quiet < 14:
+            while quiet < 24:
                 await ctx.tick().repeat(DIVISOR * 12)
                 quiet = quiet + 1 if len(answers[-1]) == before else 0
                 before = len(answers[-1])
