@@ -18,8 +18,8 @@ NO_UNCERTAINTY = "the input is a reduced curve that states no uncertainty"
 BUDGET_BASIS = "the calibration's uncertainty budget of a corrected angle"
 
 UNCERTAINTY_BASIS = (
-    "largest over the turn: the curve's standard uncertainty at its faces carried through the fit, the fit between the "
-    "faces, and rounding to a count"
+    "largest of all corrected angles: the curve's standard uncertainty carried through the fit, the fit between the "
+    "curve's angles, and rounding to a count"
 )
 
 

@@ -254,9 +254,9 @@ def test_options_of_another_fit(tmp_path, arcref, polygon, options, message):
         (0.7, [], 0.7, "the calibration's uncertainty budget of a corrected angle"),
         (0.1, [], 0.1, "the calibration's uncertainty budget of a corrected angle"),
         (0.7, ["--fit", "spline"], 0.7, "the calibration's uncertainty budget of a corrected angle, made for another"),
-        (0.1, ["--spread", "14"], 0.528, "largest over the turn"),
-        (None, [], 0.528, "largest over the turn"),
-        ("0.7", [], 0.528, "largest over the turn"),
+        (0.1, ["--spread", "14"], 0.528, "largest of all corrected angles"),
+        (None, [], 0.528, "largest of all corrected angles"),
+        ("0.7", [], 0.528, "largest of all corrected angles"),
     ],
 )
 def test_the_budget_states_the_uncertainty_of_its_own_fit(tmp_path, arcref, stated, options, expected, basis):

@@ -22,6 +22,9 @@ CAPTURE_DTYPE = np.dtype(
 corrected and raw position, turns included; the flag byte; captures lost just before this one, -1 when it is not known
 how many (a packet was lost, or the cable had been pulled)."""
 
+TIME_BITS = 48
+"""Bits of the time in a record."""
+
 UNKNOWN_LOSS = -1
 
 
@@ -37,3 +40,13 @@ def capture_array(records: Iterable[tuple[int, CaptureRecord]], sample_rate_hz: 
 def lost_together(first: int, second: int) -> int:
     """Losses of two gaps in a row, unknown when one of them is."""
     return UNKNOWN_LOSS if UNKNOWN_LOSS in (first, second) else first + second
+
+
+def after(before: int, time: int) -> int:
+    """The time of a record whose clock counts modulo 2^48, made to go on from `before`, that of the record before it.
+
+    A step back of less than half the range stays one: then the clock did not come round.
+    """
+    turn = 1 << TIME_BITS
+    time += before - before % turn
+    return time + turn if time < before - turn // 2 else time

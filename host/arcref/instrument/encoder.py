@@ -9,58 +9,29 @@ import contextlib
 import queue
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
-from arcref.angle import COUNTS_PER_TURN, counts_to_deg
 from arcref.correction_rom import CorrectionRom
 from arcref.flags import FAULT_FLAGS, Flag
 from arcref.input_error import InputError
-from arcref.instrument.captures import UNKNOWN_LOSS, capture_array, lost_together
+from arcref.instrument.captures import UNKNOWN_LOSS, after, capture_array, lost_together
 from arcref.instrument.identity import Identity, read_identity
 from arcref.instrument.kept_link import KeptLink
 from arcref.instrument.register_access import RegisterAccess
+from arcref.instrument.snapshot import Snapshot, read_snapshot
 from arcref.instrument.stream_state import StreamState
 from arcref.instrument.trial import check_encoder, load_trial
 from arcref.instrument_error import InstrumentError
 from arcref.link.capture_record import CaptureRecord, Gap, Overrun
 from arcref.link.link import Link, LinkLost
 from arcref.link.port_finder import DEFAULT_BAUD
-from arcref.link.registers import REGISTERS
-
-_SNAPSHOT_REGISTERS = [REGISTERS[name] for name in REGISTERS if name.startswith("snapshot_")]
-_SNAPSHOT_WORDS = sum(register.words for register in _SNAPSHOT_REGISTERS)
 
 RECONNECT_S = 30.0
 """How long a stream waits for a cable that was pulled, unless told otherwise."""
 
 _LOST_PORT = object()
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """The instrument at one instant.
-
-    `position`: corrected, `raw_position`: as counted, both in counts and turns included; `time_s`: seconds since the
-    instrument's reset; `flags`; `homed`: False until the zero mark was met.
-    """
-
-    position: int
-    raw_position: int
-    time_s: float
-    flags: Flag
-    homed: bool
-
-    @property
-    def angle_deg(self) -> float:
-        """Corrected angle, 0 .. 360."""
-        return counts_to_deg(self.position % COUNTS_PER_TURN)
-
-    @property
-    def turns(self) -> int:
-        """Whole turns since the zero mark."""
-        return self.position // COUNTS_PER_TURN
 
 
 class Encoder:
@@ -113,20 +84,7 @@ class Encoder:
     def snapshot(self) -> Snapshot:
         """Position, raw position, time and flags of one instant."""
         sample_rate_hz = self.identity.sample_rate_hz
-        first = _SNAPSHOT_REGISTERS[0].address
-        words = self._link.read_words(first, _SNAPSHOT_WORDS, "read of the position")
-        values = {
-            register.name: register.decode(words[register.address - first :][: register.words])
-            for register in _SNAPSHOT_REGISTERS
-        }
-        flags, homed = (field.extract(values["snapshot_flags"]) for field in REGISTERS["snapshot_flags"].fields)
-        return Snapshot(
-            values["snapshot_position"],
-            values["snapshot_raw"],
-            values["snapshot_time"] / sample_rate_hz,
-            Flag(flags),
-            bool(homed),
-        )
+        return read_snapshot(self._link, sample_rate_hz)
 
     @property
     def angle_deg(self) -> float:
@@ -154,13 +112,15 @@ class Encoder:
     def stream(self, timeout_s: float | None = None) -> Iterator[tuple[int, CaptureRecord]]:
         """Captures as they come: pairs of how many were lost just before, and the record.
 
-        -1 lost: nobody knows how many. Ends only by `close`, by leaving the loop, or by an error: `InstrumentError`
-        when `timeout_s` pass without a capture, `LinkLost` when the port went away and did not come back in time, or
-        came back with an instrument that had been switched off and so lost its zero and settings.
+        -1 lost: nobody knows how many. The instrument's clock begins anew after 2^48 sample periods (98 h at 800 M
+        samples/s); the times given here go on. Ends only by `close`, by leaving the loop, or by an error:
+        `InstrumentError` when `timeout_s` pass without a capture, `LinkLost` when the port went away and did not come
+        back in time, or came back with an instrument that had been switched off and so lost its zero and settings.
         """
         before = StreamState.of(self) if self.reconnect_s else None
         self.start_captures()
         lost = total = 0  # lost before the next record; since the FIFO was emptied
+        time_samples = 0
         try:
             while True:
                 record = self._next_record(timeout_s)
@@ -175,7 +135,8 @@ class Encoder:
                 elif isinstance(record, Gap):
                     lost = UNKNOWN_LOSS
                 else:
-                    yield lost, record
+                    time_samples = after(time_samples, record.time)
+                    yield lost, replace(record, time=time_samples) if time_samples != record.time else record
                     lost = 0
         finally:
             self._stop_captures()

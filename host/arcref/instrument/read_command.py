@@ -8,7 +8,7 @@ from arcref.angle import COUNTS_PER_TURN, format_dms
 from arcref.atomic_file import write_text
 from arcref.flags import Flag, describe_faults
 from arcref.instrument.connection import JSON_FILE, with_encoder
-from arcref.instrument.encoder import Snapshot
+from arcref.instrument.snapshot import Snapshot
 
 ANGLE_FORMATS = ("dms", "deg", "counts")
 

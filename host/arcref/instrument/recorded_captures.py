@@ -9,7 +9,7 @@ import numpy as np
 from arcref.angle import COUNTS_PER_TURN
 from arcref.input_error import InputError
 from arcref.instrument.captures import CAPTURE_DTYPE
-from arcref.link.capture_record import CORRECTION_BITS
+from arcref.link.capture_record import CORRECTED_BITS
 from arcref.run_file import read_run_file
 
 DATASET = "captures"
@@ -21,7 +21,7 @@ UNCERTAINTY_KEY = "calibration_expanded_uncertainty"
 MOST_LOST = 2**32
 """The instrument counts lost captures modulo this."""
 
-LARGEST_CORRECTION = 1 << CORRECTION_BITS - 1
+LARGEST_CORRECTION = 1 << CORRECTED_BITS - 1
 """Counts between corrected and raw position that a capture record can hold."""
 
 ANGLE_TOLERANCE_DEG = 1e-6

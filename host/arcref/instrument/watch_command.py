@@ -12,8 +12,9 @@ from rich.text import Text
 from arcref.angle import COUNTS_PER_TURN
 from arcref.flags import FLAG_MEANINGS, Flag, describe_faults
 from arcref.instrument.connection import SECONDS, with_encoder
-from arcref.instrument.encoder import Encoder, Snapshot
+from arcref.instrument.encoder import Encoder
 from arcref.instrument.read_command import ANGLE_FORMATS, format_angle
+from arcref.instrument.snapshot import Snapshot
 
 REFRESHES_PER_S = 10
 

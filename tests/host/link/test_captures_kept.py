@@ -258,3 +258,24 @@ def test_a_link_that_was_closed_is_not_opened_again(bench):
     link.close()
     assert link.link.lost is False
     assert link.interruptions == 0
+
+
+def test_times_go_on_when_the_clock_of_the_instrument_comes_round(bench):
+    instrument = bench.plug_in()
+    times = [2**48 - 10, 5, 2**47 + 5, 3, 20]
+    sent = [CaptureRecord(time, 1, 1, 2) for time in times]
+
+    def on_write(name, value):
+        if name == "capture_enable" and value:
+            threading.Timer(0.02, lambda: [instrument.send_capture(each) for each in sent]).start()
+
+    instrument.on_write = on_write
+    with Encoder(str(bench.port)) as encoder:
+        captures = encoder.capture(5)
+    assert captures["time_samples"].tolist() == [
+        2**48 - 10,
+        2**48 + 5,
+        2**48 + 2**47 + 5,
+        2**49 + 3,
+        2**49 + 20,
+    ]

@@ -9,7 +9,7 @@ import pytest
 from twin_truth import assert_counts, wait_until_homed
 
 from arcref import Encoder
-from arcref.instrument.encoder import Snapshot
+from arcref.instrument.snapshot import Snapshot
 from arcref.link import link
 from arcref.link.packet import Kind, Packet
 from arcref.link.registers import MAGIC, REGISTERS
