@@ -5,15 +5,11 @@ from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
+from arcref_gateware.fpga_family import is_short_of_registers
 from arcref_gateware.register_stages import delayed
 
 LEAST_MEMORY_CLOCKS = 3
 """Shortest delay through a memory: it is written, read, and the word registered behind its slow output."""
-
-
-def is_short_of_registers(platform) -> bool:
-    """Whether `platform` builds for an UP5K. An HX8K is short of block RAM, and an ECP5 of neither."""
-    return str(getattr(platform, "device", "")).lower().startswith("ice40up")
 
 
 class DelayLine(wiring.Component):

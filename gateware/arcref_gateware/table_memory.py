@@ -10,6 +10,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
+from arcref_gateware.fpga_family import is_ecp5
 from arcref_gateware.memory_attributes import NO_COLLISION
 
 TABLE_CLOCKS = 2
@@ -31,11 +32,6 @@ DP16KD_ROW_WORDS = 16
 def width_for(depth: int) -> int:
     """Bits of each of `depth` words, 4096 at the most, that one block RAM takes."""
     return next(width for width, words in DP16KD_WORDS.items() if depth <= words)
-
-
-def is_ecp5(platform) -> bool:
-    """Whether `platform` builds for an ECP5 (LFE5U, LFE5UM, LFE5UM5G)."""
-    return str(getattr(platform, "device", "")).upper().startswith("LFE5U")
 
 
 class TableMemory(wiring.Component):

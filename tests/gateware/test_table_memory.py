@@ -15,9 +15,10 @@ from block_ram_model import LOWEST_ADDRESS_LINE, BlockRamModel, initial_rows, wo
 
 from arcref.rom_identity import identity_words
 from arcref_gateware import table_memory
+from arcref_gateware.fpga_family import is_ecp5
 from arcref_gateware.reference_encoder import ReferenceEncoder
 from arcref_gateware.table_contents import TableContents, placeholder_contents, rom_contents
-from arcref_gateware.table_memory import TABLE_CLOCKS, TableMemory, initial_values, is_ecp5
+from arcref_gateware.table_memory import TABLE_CLOCKS, TableMemory, initial_values
 from arcref_gateware.toolchain import use_installed_yosys
 from arcref_gateware.verilog_export import export_verilog
 

@@ -10,8 +10,9 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
+from arcref_gateware.fpga_family import is_ecp5
 from arcref_gateware.memory_attributes import NO_COLLISION
-from arcref_gateware.table_memory import DP16KD_WORDS, block_ram, is_ecp5, width_for
+from arcref_gateware.table_memory import DP16KD_WORDS, block_ram, width_for
 
 READ_CLOCKS = 2
 """Clocks from an address to its word: the memory's own register, and one behind its slow output."""

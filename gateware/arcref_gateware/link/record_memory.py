@@ -12,10 +12,10 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from arcref_gateware.delay_line import is_ice40
+from arcref_gateware.fpga_family import is_ecp5, is_ice40
 from arcref_gateware.memory_attributes import NO_COLLISION
 from arcref_gateware.register_stages import delayed
-from arcref_gateware.table_memory import DP16KD_WORDS, block_ram, is_ecp5
+from arcref_gateware.table_memory import DP16KD_WORDS, block_ram
 
 WORDS = 8
 """Words of a record."""
