@@ -25,7 +25,7 @@ class RegisterBus(wiring.Signature):
 
     `address`, `request` and `write_word` are held from `valid` (one clock) until `done` (one clock). `following` tells
     that the word belongs to the same packet as the one before it, at the next address; `is_last` that none follows it,
-    from the clock after `valid` on. With `done` come `read_word`, which stays until the next request, and `status`.
+    from the clock after `valid` on. With `done` come `read_word` and `status`, and stay until the address changes.
     """
 
     def __init__(self):
