@@ -39,7 +39,8 @@ class Instrument(wiring.Component):
 
     `pattern` is what the alignment pad sends, None where no check is needed (one sample a word).
     `self_test`, a `SelfTest`, puts its generator in place of the samples. `has_link` puts registers, UART, captures
-    and compare output around the core; its FIFO holds `capture_depth` captures. Uses the domains of `word_domains`; `hold` must drive the reset of `sync`.
+    and compare output around the core; the FIFO holds `capture_depth` captures. Uses the domains of `word_domains`;
+    `hold` must drive the reset of `sync`.
     """
 
     def __init__(
