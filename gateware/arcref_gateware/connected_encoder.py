@@ -191,7 +191,7 @@ class ConnectedEncoder(wiring.Component):
             "index_count": core.index_count[:TALLY_BITS],
             "shortest_edge_spacing": core.shortest_edge_spacing,
             "packets_refused": uart.packets_refused[0],
-            "link_state": uart.requests_obeyed[0],
+            "link_state": uart.requests_obeyed,
             "illegal_steps": core.illegal_steps,
             "compare_count": compare.count,
             "capture_level": fifo.level,
@@ -216,7 +216,7 @@ class ConnectedEncoder(wiring.Component):
         ]
         bus = file.bus
         m.d.comb += [uart.has_bus.eq(uart_has & uart.wants_bus), spi.has_bus.eq(spi_has & spi.wants_bus)]
-        for name in ("valid", "request", "address", "following", "words_left", "write_word"):
+        for name in ("valid", "request", "address", "following", "is_last", "write_word"):
             m.d.comb += getattr(bus, name).eq(Mux(spi_has, getattr(spi.bus, name), getattr(uart.bus, name)))
         for door, has in ((uart, uart_has), (spi, spi_has)):
             m.d.comb += [

@@ -24,8 +24,8 @@ class RegisterBus(wiring.Signature):
     """Members of the bus, as the door sees them.
 
     `address`, `request` and `write_word` are held from `valid` (one clock) until `done` (one clock). `following` tells
-    that the word belongs to the same packet as the one before it, at the next address. `words_left` is how many words
-    the packet has from this one on. With `done` come `read_word` and `status`.
+    that the word belongs to the same packet as the one before it, at the next address; `is_last` that none follows it,
+    from the clock after `valid` on. With `done` come `read_word` and `status`, and stay until the address changes.
     """
 
     def __init__(self):
@@ -35,7 +35,7 @@ class RegisterBus(wiring.Signature):
                 "request": Out(Request),
                 "address": Out(ADDRESS_BITS),
                 "following": Out(1),
-                "words_left": Out(5),
+                "is_last": Out(1),
                 "write_word": Out(WORD_BITS),
                 "done": In(1),
                 "read_word": In(WORD_BITS),

@@ -133,10 +133,11 @@ class RegisterFile(wiring.Component):
         m.d.comb += [decoder.address.eq(address), decoder.word.eq(word), decoder.is_upper.eq(is_upper)]
         takes_snapshot = Signal()
         m.d.sync += takes_snapshot.eq(decoder.at_snapshot & is_read)
-        step, goes_on = self._steps(m, memory.phase[BUS_WORD], counters.round_ends, takes_snapshot)
-        with m.If(memory.phase[BUS_WORD]):
-            # A read works on both words of the pair, one after the other; anything else on its own.
-            m.d.sync += is_upper.eq((step[:ACT].any() | goes_on) & (is_read | address[0]))
+        asked, step, goes_on = self._steps(m, memory.phase[BUS_WORD], counters.round_ends, takes_snapshot)
+        # A read works on both words of the pair, one after the other; anything else on its own, until the next request.
+        reads_next = goes_on | (step[0] & ~takes_snapshot)
+        with m.If(memory.phase[BUS_WORD] & (asked | reads_next)):
+            m.d.sync += is_upper.eq(~asked & (is_read | address[0]))
 
         # What is read, and where.
         in_identity = decoder.window[READABLE_WINDOW]
@@ -205,7 +206,7 @@ class RegisterFile(wiring.Component):
         incomplete, refused = Signal(), Signal()
         unknown, read_only, out_of_range, not_now = Signal(), Signal(), Signal(), Signal()
         m.d.sync += [
-            incomplete.eq((decoder.later_word & ~bus.following) | (decoder.two_words & (bus.words_left[1:] == 0))),
+            incomplete.eq((decoder.later_word & ~bus.following) | (decoder.two_words & bus.is_last)),
             refused.eq(decoder.misfit | incomplete),
             unknown.eq(~is_read & ~in_window & ~decoder.known),
             read_only.eq(~is_read & ~in_window & decoder.known & ~decoder.writable),
@@ -235,7 +236,7 @@ class RegisterFile(wiring.Component):
         return m
 
     def _steps(self, m: Module, ends, round_ends, takes_snapshot):
-        """The request's way through its steps, and 1 in the last phase of the wait for a snapshot."""
+        """Whether there is a request, its way through its steps, and whether a snapshot that it waited for is there."""
         asked, step = Signal(), Signal(STEPS)
         # A snapshot takes its time, and a whole round of the counters after it, to count it.
         waits, recorded, rounds = Signal(), Signal(), Signal(2)
@@ -252,7 +253,7 @@ class RegisterFile(wiring.Component):
         ]
         with m.If(ends):
             m.d.sync += step.eq(Cat(asked, (step[0] & ~takes_snapshot) | goes_on, step[READ_FIRST:]))
-        return step, rounds[1]
+        return asked, step, goes_on
 
 
 def _status(holds, status: Status):

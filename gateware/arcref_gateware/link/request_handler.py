@@ -5,11 +5,15 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from arcref.link.packet import MOST_WORDS, Kind, Status
-from arcref_gateware.link.packet_memory import PART_BITS
+from arcref_gateware.link.packet_memory import PART_BITS, READ_CLOCKS
 from arcref_gateware.link.register_bus import STATUS_BITS, RegisterBus, Request
 
 HEAD_BYTES = 4
 """Bytes before the words of a WRITE, and before the number of words of a READ: kind, number, address."""
+
+assert READ_CLOCKS <= 2, "a tick is too short for a byte"
+
+STATES = ("idle", "parse", "word", "acting", "answer", "read", "reading", "sending", "finish")
 
 
 class RequestHandler(wiring.Component):
@@ -29,7 +33,7 @@ class RequestHandler(wiring.Component):
     read_address: Out(PART_BITS + 2)
     """Byte of the memory that is wanted."""
     read_data: In(8)
-    """The byte, two clocks later."""
+    """The byte, `READ_CLOCKS` clocks later."""
     wants_sender: Out(1)
     """1 from the request's beginning to the end of its answer."""
     has_sender: In(1)
@@ -46,182 +50,207 @@ class RequestHandler(wiring.Component):
     """1 from the request's beginning to its end."""
     has_bus: In(1)
     """1 while the bus is the handler's; stays so until `wants_bus` falls."""
-    obeyed: Out(16)
-    """Requests that were answered, modulo 65536."""
+    obeyed: Out(1)
+    """Changes with each request that was answered."""
 
     def elaborate(self, platform):
         m = Module()
         bus = self.bus
+        # Everything goes by ticks, one in eight clocks. Between two of them a byte comes from the memory and is judged,
+        # and what the next tick does becomes known, a clock for each step.
+        beat, tick = Signal(3), Signal()
+        m.d.sync += [beat.eq(beat + 1), tick.eq(beat == 6)]
+        state = {name: Signal(name=f"in_{name}", init=name == "idle") for name in STATES}
         byte = Signal(PART_BITS)
-        wait = Signal(2)
-        last_byte = Signal()  # the byte at `byte` is there
-        number, kind = Signal(8), Signal(8)
-        last_number, last_valid, last_status = Signal(8), Signal(), Signal(STATUS_BITS)
-        address = Signal(len(bus.address))
-        words, words_left = Signal(5), Signal(5)
-        status = Signal(STATUS_BITS)
-        writes = Signal()
-        head = Signal(3)
-        read_word = Signal(16)
-        first_word = Signal()
+        at_end, at_byte = Signal(), Signal(HEAD_BYTES + 1)
+        head, at_head = Signal(3), Signal(HEAD_BYTES + 1)
+        is_read, is_write = Signal(), Signal()
+        last_number, last_valid = Signal(8), Signal()
+        words_left, is_last_word = Signal(range(MOST_WORDS + 1)), Signal()
+        status = Signal(STATUS_BITS)  # of the last WRITE, which may be repeated
+        writes = Signal()  # the second time through its words
+        first_word, answering = Signal(), Signal()
+
+        # What is known of the byte that is there, and of where it stands.
+        length_of_read, length_of_write = Signal(), Signal()
+        says_read, says_write, same_number, count_fits, refused = Signal(), Signal(), Signal(), Signal(), Signal()
+        m.d.sync += [
+            at_end.eq(byte == self.length),
+            at_byte.eq(Cat(byte == k for k in range(HEAD_BYTES + 1))),
+            at_head.eq(Cat(head == k for k in range(HEAD_BYTES + 1))),
+            is_last_word.eq(words_left == 1),
+            length_of_read.eq(self.length == HEAD_BYTES + 1),
+            length_of_write.eq(
+                ~self.length[0] & (self.length >= HEAD_BYTES + 2) & (self.length <= HEAD_BYTES + 2 * MOST_WORDS)
+            ),
+            says_read.eq(self.read_data == Kind.READ),
+            says_write.eq(self.read_data == Kind.WRITE),
+            same_number.eq(self.read_data == last_number),
+            count_fits.eq((self.read_data != 0) & (self.read_data <= MOST_WORDS)),
+            refused.eq(~writes & (bus.status != Status.DONE)),
+        ]
+        # What comes from outside is taken at a tick and counts at the next one.
+        came, answered, asked = Signal(), Signal(), Signal()
+        m.d.sync += came.eq(bus.done | (came & ~tick))
+        with m.If(tick):
+            m.d.sync += [answered.eq(came), asked.eq(state["idle"] & self.ready & self.has_sender & self.has_bus)]
+
+        does = {}
+
+        def do(name: str, condition):
+            """What the next tick does."""
+            does[name] = Signal(name=f"does_{name}")
+            m.d.sync += does[name].eq(condition)
+
+        parse, word, acting, answer = (state[name] for name in ("parse", "word", "acting", "answer"))
+        do("start", asked)
+        do("kind", parse & at_byte[0])
+        do("drop", (parse & at_byte[1] & ~is_read & ~is_write) | (parse & at_byte[4] & ~count_fits))
+        do("new_write", parse & at_byte[1] & is_write & ~(same_number & last_valid))
+        do("repeated", parse & at_byte[1] & is_write & same_number & last_valid)
+        do("low_address", parse & at_byte[2])
+        do("high_address", parse & at_byte[3])
+        do("first_word", parse & at_byte[3] & is_write)
+        do("count", parse & at_byte[4] & count_fits)
+        do("low_byte", word & ~byte[0])
+        do("high_byte", word & byte[0])
+        do("refuse", acting & answered & refused)
+        do("next_word", acting & answered & ~refused & ~at_end)
+        do("second_time", acting & answered & ~refused & at_end & ~writes)
+        do("written", acting & answered & at_end & writes)
+        do("next_head", answer)
+        do("end_head", answer & at_head[HEAD_BYTES])
+        do("read", state["read"])
+        do("word_read", state["reading"] & answered)
+        do("word_sent", state["sending"])
+        do("last_sent", state["sending"] & is_last_word)
+        do("finish", state["finish"])
+
+        moves = (
+            ("start", "idle", "parse"),
+            ("drop", "parse", "finish"),
+            ("repeated", "parse", "answer"),
+            ("first_word", "parse", "word"),
+            ("count", "parse", "answer"),
+            ("high_byte", "word", "acting"),
+            ("refuse", "acting", "answer"),
+            ("next_word", "acting", "word"),
+            ("second_time", "acting", "parse"),
+            ("written", "acting", "answer"),
+            ("end_head", "answer", "read"),
+            ("read", "read", "reading"),
+            ("word_read", "reading", "sending"),
+            ("word_sent", "sending", "read"),
+            ("finish", "finish", "idle"),
+        )
+        # After the head of a WRITE's answer, and after a READ's last word, there is nothing more to read.
+        no_more = does["last_sent"] | (does["end_head"] & ~is_read)
+        for name, here in state.items():
+            enters, leaves = Signal(name=f"enters_{name}"), Signal(name=f"leaves_{name}")
+            into = [does[move] for move, _, to in moves if to == name]
+            if name == "read":
+                into = [does["end_head"] & ~no_more, does["word_sent"] & ~no_more]
+            if name == "finish":
+                into = [does["drop"], no_more]
+            m.d.sync += [
+                enters.eq(Cat(into).any()),
+                leaves.eq(Cat(does[move] for move, origin, _ in moves if origin == name).any()),
+                here.eq((here & ~(tick & leaves)) | (tick & enters)),
+            ]
+
+        def now(name: str):
+            return m.If(tick & does[name])
+
         m.d.comb += [
             self.read_address.eq(Cat(byte, self.part, 0)),
-            bus.address.eq(address),
-            bus.words_left.eq(words_left),
+            bus.is_last.eq(at_end),
             bus.following.eq(~first_word),
         ]
+        # The byte: on and on through the request, again from its address on, and as the answer's head needs it.
+        steps_on = Signal()
+        m.d.sync += steps_on.eq(parse | word)
+        with m.If(tick & steps_on):
+            m.d.sync += byte.eq(byte + 1)
+        with now("start"):
+            m.d.sync += byte.eq(0)
+        with now("second_time"):
+            m.d.sync += byte.eq(2)
+        with now("next_head"):
+            # 1, 2, 2, 3: the status comes before the address.
+            m.d.sync += [head.eq(head + 1), byte.eq(Cat(at_head[0] | at_head[3], ~at_head[0]))]
+        with now("end_head"):
+            m.d.sync += head.eq(0)
+
+        with now("kind"):
+            m.d.sync += [is_read.eq(says_read & length_of_read), is_write.eq(says_write & length_of_write)]
+        with now("new_write"):
+            m.d.sync += [last_number.eq(self.read_data), last_valid.eq(1), status.eq(Status.DONE)]
+        with now("refuse"):
+            m.d.sync += status.eq(bus.status)
+        with now("count"):
+            m.d.sync += [words_left.eq(self.read_data), last_valid.eq(0)]
+        with now("word_sent"):
+            m.d.sync += words_left.eq(words_left - 1)
+        counts_address, starts_words = Signal(), Signal()
         m.d.sync += [
-            last_byte.eq(wait == 2),
-            self.push_valid.eq(0),
-            self.finish.eq(0),
-            self.taken.eq(0),
-            bus.valid.eq(0),
+            counts_address.eq(does["word_sent"] | does["next_word"]),
+            starts_words.eq(state["idle"] | does["second_time"]),
+        ]
+        m.d.sync += [
+            writes.eq((writes & ~state["idle"]) | (tick & does["second_time"])),
+            first_word.eq((first_word & ~(tick & counts_address)) | (tick & starts_words)),
         ]
 
-        def fetched():
-            """Waits for the byte at `byte`; what stands inside acts when it is there."""
-            with m.If(~last_byte):
-                m.d.sync += wait.eq(wait + 1)
-            return m.If(last_byte)
+        # The address counts in two halves, a clock apart.
+        low, high, carry = Signal(8), Signal(8), Signal()
+        m.d.comb += bus.address.eq(Cat(low, high))
+        m.d.sync += carry.eq(tick & counts_address & low.all())
+        with m.If(tick & counts_address):
+            m.d.sync += low.eq(low + 1)
+        with m.If(carry):
+            m.d.sync += high.eq(high + 1)
+        with now("low_address"):
+            m.d.sync += low.eq(self.read_data)
+        with now("high_address"):
+            m.d.sync += high.eq(self.read_data)
 
-        def next_byte():
-            m.d.sync += [byte.eq(byte + 1), wait.eq(0), last_byte.eq(0)]
-
-        def push(data):
-            m.d.sync += [self.push_valid.eq(1), self.push_data.eq(data)]
-
-        is_read, is_write, repeated, number_fits = Signal(), Signal(), Signal(), Signal()
+        with now("low_byte"):
+            m.d.sync += bus.write_word[:8].eq(self.read_data)
+        with now("high_byte"):
+            m.d.sync += bus.write_word[8:].eq(self.read_data)
+        with m.If(tick):
+            m.d.sync += bus.request.eq(Mux(state["read"], Request.READ, Mux(writes, Request.WRITE, Request.CHECK)))
+        ends = does["finish"] & tick
         m.d.sync += [
-            is_read.eq((kind == Kind.READ) & (self.length == HEAD_BYTES + 1)),
-            is_write.eq(
-                (kind == Kind.WRITE)
-                & ~self.length[0]
-                & (self.length >= HEAD_BYTES + 2)
-                & (self.length <= HEAD_BYTES + 2 * MOST_WORDS)
+            bus.valid.eq(tick & (does["high_byte"] | does["read"])),
+            self.taken.eq(ends),
+            self.finish.eq(ends & answering),
+            self.obeyed.eq(self.obeyed ^ (ends & answering)),
+        ]
+
+        # The answer: kind, number, status, address as the request has them, then the words of a READ.
+        from_memory, from_low, from_high, code = Signal(), Signal(), Signal(), Signal(8)
+        pushes = Signal()
+        kind = Mux(is_read, Kind.READ_ANSWER, Kind.WRITE_ANSWER)
+        shown_status = status & (~is_read).replicate(STATUS_BITS)
+        m.d.sync += [
+            from_memory.eq(answer & (at_head[1] | at_head[3] | at_head[4])),
+            from_low.eq(state["reading"]),
+            from_high.eq(state["sending"]),
+            code.eq((kind & (answer & at_head[0]).replicate(8)) | (shown_status & (answer & at_head[2]).replicate(8))),
+            pushes.eq(does["next_head"] | does["word_read"] | does["word_sent"]),
+            self.push_valid.eq(tick & pushes),
+            self.push_data.eq(
+                (self.read_data & from_memory.replicate(8))
+                | (bus.read_word[:8] & from_low.replicate(8))
+                | (bus.read_word[8:] & from_high.replicate(8))
+                | code
             ),
-            number_fits.eq((words != 0) & (words <= MOST_WORDS)),
-            repeated.eq(last_valid & (last_number == number)),
+            answering.eq((answering & ~state["idle"]) | answer),
         ]
-
-        with m.FSM() as states:
-            with m.State("IDLE"):
-                m.d.sync += [byte.eq(0), wait.eq(0), last_byte.eq(0), first_word.eq(1), status.eq(Status.DONE)]
-                with m.If(self.ready & ~self.taken & self.has_sender & self.has_bus):
-                    m.next = "KIND"
-            for state, target, following in (
-                ("KIND", kind, "NUMBER"),
-                ("NUMBER", number, "ADDRESS_LOW"),
-                ("ADDRESS_LOW", address[:8], "ADDRESS_HIGH"),
-                ("ADDRESS_HIGH", address[8:], "COUNT"),
-            ):
-                with m.State(state), fetched():
-                    m.d.sync += target.eq(self.read_data)
-                    next_byte()
-                    m.next = following
-            with m.State("COUNT"), fetched():
-                m.d.sync += words.eq(Mux(is_read & (self.read_data < 32), self.read_data[:5], 0))
-                with m.If(is_write):
-                    m.d.sync += words.eq((self.length - HEAD_BYTES) >> 1)
-                m.d.sync += wait.eq(0)
-                m.next = "JUDGE"
-            with m.State("JUDGE"):
-                m.d.sync += [wait.eq(wait + 1), words_left.eq(words), head.eq(0), byte.eq(HEAD_BYTES)]
-                with m.If(wait == 1):
-                    m.d.sync += [wait.eq(0), last_byte.eq(0)]
-                    with m.If(~(is_read | is_write) | ~number_fits):
-                        m.d.sync += self.taken.eq(1)
-                        m.next = "IDLE"
-                    with m.Elif(is_read):
-                        m.d.sync += last_valid.eq(0)
-                        m.next = "HEAD"
-                    with m.Elif(repeated):
-                        m.d.sync += status.eq(last_status)
-                        m.next = "HEAD"
-                    with m.Else():
-                        m.d.sync += writes.eq(0)
-                        m.next = "WORD_LOW"
-
-            # A WRITE: all words are checked first, then all are written.
-            with m.State("WORD_LOW"), fetched():
-                m.d.sync += bus.write_word[:8].eq(self.read_data)
-                next_byte()
-                m.next = "WORD_HIGH"
-            with m.State("WORD_HIGH"), fetched():
-                m.d.sync += [
-                    bus.write_word[8:].eq(self.read_data),
-                    bus.valid.eq(1),
-                    bus.request.eq(Mux(writes, Request.WRITE, Request.CHECK)),
-                ]
-                next_byte()
-                m.next = "WORD"
-            with m.State("WORD"), m.If(bus.done):
-                m.d.sync += [address.eq(address + 1), words_left.eq(words_left - 1), first_word.eq(0)]
-                m.next = "WORD_LOW"
-                with m.If(~writes & (bus.status != Status.DONE)):
-                    m.d.sync += status.eq(bus.status)
-                    m.next = "REMEMBER"
-                with m.Elif(words_left == 1):
-                    m.next = "PASS"
-            with m.State("PASS"):
-                m.d.sync += [byte.eq(HEAD_BYTES), wait.eq(0), last_byte.eq(0), first_word.eq(1), words_left.eq(words)]
-                with m.If(writes):
-                    m.next = "REMEMBER"
-                with m.Else():
-                    m.d.sync += [writes.eq(1), address.eq(address - words)]
-                    m.next = "WORD_LOW"
-            with m.State("REMEMBER"):
-                m.d.sync += [last_number.eq(number), last_valid.eq(1), last_status.eq(status)]
-                m.next = "HEAD"
-
-            # The answer: kind, number, status, address as the request has it, then the words of a READ.
-            with m.State("HEAD"):
-                m.d.sync += byte.eq(Mux(head == HEAD_BYTES, 3, 2))  # the address is taken from the request's own bytes
-                with m.If(wait != 3):
-                    m.d.sync += wait.eq(wait + 1)
-                with m.Else():
-                    m.d.sync += [wait.eq(0), head.eq(head + 1)]
-                    with m.Switch(head):
-                        with m.Case(0):
-                            push(Mux(is_read, Kind.READ_ANSWER, Kind.WRITE_ANSWER))
-                        with m.Case(1):
-                            push(number)
-                        with m.Case(2):
-                            push(status)
-                        with m.Default():
-                            push(self.read_data)
-                    with m.If(head == HEAD_BYTES):
-                        m.d.sync += first_word.eq(1)
-                        m.next = "READ"
-                        with m.If(~is_read):
-                            m.next = "FINISH"
-            with m.State("READ"):
-                m.d.sync += [bus.valid.eq(1), bus.request.eq(Request.READ)]
-                m.next = "READING"
-            with m.State("READING"), m.If(bus.done):
-                m.d.sync += [
-                    address.eq(address + 1),
-                    words_left.eq(words_left - 1),
-                    first_word.eq(0),
-                    read_word.eq(bus.read_word),
-                    wait.eq(0),
-                ]
-                push(bus.read_word[:8])
-                m.next = "PUSH_HIGH"
-            with m.State("PUSH_HIGH"):
-                m.d.sync += wait.eq(wait + 1)
-                with m.If(wait == 3):
-                    push(read_word[8:])
-                    m.next = "READ"
-                    with m.If(words_left == 0):
-                        m.next = "FINISH"
-            with m.State("FINISH"):
-                m.d.sync += wait.eq(wait + 1)
-                with m.If(wait == 3):
-                    m.d.sync += [self.finish.eq(1), self.taken.eq(1), self.obeyed.eq(self.obeyed + 1)]
-                    m.next = "IDLE"
         wants = Signal()
         m.d.comb += [
-            wants.eq(~states.ongoing("IDLE") | (self.ready & ~self.taken)),
+            wants.eq(~state["idle"] | (self.ready & ~self.taken)),
             self.wants_sender.eq(wants),
             self.wants_bus.eq(wants),
         ]

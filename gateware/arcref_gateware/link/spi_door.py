@@ -30,7 +30,7 @@ class SpiDoor(wiring.Component):
         m.d.comb += [
             bus.address.eq(registers.address),
             bus.write_word.eq(registers.write_word),
-            bus.words_left.eq(2),
+            bus.is_last.eq(0),
             bus.following.eq(registers.write),
         ]
         m.d.sync += [bus.valid.eq(0), registers.done.eq(0)]

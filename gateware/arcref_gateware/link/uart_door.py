@@ -38,8 +38,8 @@ class UartDoor(wiring.Component):
     """The oldest capture."""
     packets_refused: Out(16)
     """Packets that came broken, modulo 65536."""
-    requests_obeyed: Out(16)
-    """Requests that were answered, modulo 65536."""
+    requests_obeyed: Out(1)
+    """Changes with each request that was answered."""
 
     def __init__(self, divisor: int):
         self.divisor = divisor

@@ -82,7 +82,7 @@ def exchange(chunks: list[bytes], live: dict[str, int], instant: dict[str, int],
                     await ctx.tick().repeat(DIVISOR)
                 await ctx.tick().repeat(1 + rng.randrange(4))
             quiet, before = 0, len(answers[-1])
-            while quiet < 24:
+            while quiet < 48:
                 await ctx.tick().repeat(DIVISOR * 12)
                 quiet = quiet + 1 if len(answers[-1]) == before else 0
                 before = len(answers[-1])
