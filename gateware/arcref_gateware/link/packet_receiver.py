@@ -88,18 +88,20 @@ class PacketReceiver(wiring.Component):
         with m.If(self.bad):
             m.d.sync += broken.eq(1)
 
-        # At the end of a packet: two clocks later its CRC is known.
+        # At the end of a packet: two clocks later its CRC is known, and two more later the verdict acts.
         judged, long_enough, crc_good = Signal(), Signal(), Signal()
+        good, bad, over = Signal(), Signal(), Signal()
         m.d.sync += [judged.eq(ends), long_enough.eq(count >= LEAST_BODY_BYTES), crc_good.eq(crc.match_detected)]
-        good = Signal()
-        m.d.comb += good.eq(whole & ~broken & long_enough & crc_good & ~self.ready)
-        with m.If(self.taken):
-            m.d.sync += self.ready.eq(0)
-        m.d.comb += crc.start.eq(judged)
-        with m.If(judged):
+        fits = whole & ~broken & long_enough & crc_good & ~self.ready
+        m.d.sync += [good.eq(judged & fits), bad.eq(judged & ~fits & (came | broken)), over.eq(judged)]
+        m.d.comb += crc.start.eq(over)
+        m.d.sync += [
+            self.ready.eq(good | (self.ready & ~self.taken)),
+            part.eq(part ^ good),
+            self.refused.eq(self.refused + bad),
+        ]
+        with m.If(over):
             m.d.sync += [count.eq(0), broken.eq(0)]
-            with m.If(good):
-                m.d.sync += [self.ready.eq(1), self.part.eq(part), part.eq(~part), self.length.eq(count - 2)]
-            with m.Elif(came | broken):
-                m.d.sync += self.refused.eq(self.refused + 1)
+        with m.If(good):
+            m.d.sync += [self.part.eq(part), self.length.eq(count - 2)]
         return m

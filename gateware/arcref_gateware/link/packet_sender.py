@@ -50,11 +50,11 @@ class PacketSender(wiring.Component):
         run = Signal(PART_BITS + 1)  # code of the bytes from `place` on, then how many of them are left
         m.d.comb += [self.read_address.eq(Cat(ahead, Const(SENT_PART, 2))), self.write_address.eq(length)]
 
-        # States, a register each. They go on every fourth clock: `steps`. By then what they ask for is known.
+        # States, a register each. They go on every eighth clock: `steps`. By then what they ask for is known.
         idle, crc_high, crc_low, searches, sends_code, sends, ends = (
             Signal(name=name, init=name == "idle") for name in STATES
         )
-        phase, steps = Signal(2), Signal()
+        phase, steps = Signal(3), Signal()
         at_end, is_zero, none_left = Signal(), Signal(), Signal()
         found, goes_on, loads = Signal(), Signal(), Signal()
         is_full = self.valid  # a byte waits for the line
@@ -66,7 +66,7 @@ class PacketSender(wiring.Component):
         ]
         m.d.sync += [
             phase.eq(phase + 1),
-            steps.eq(phase == 2),
+            steps.eq(phase == 6),
             at_end.eq(ahead == length),
             is_zero.eq(self.read_data == 0),
             none_left.eq(run == 0),
@@ -90,21 +90,26 @@ class PacketSender(wiring.Component):
         m.d.sync += length.eq((length + self.write_valid) & ~ends.replicate(PART_BITS))
 
         # Bytes out of it. The search counts, and goes back to where it began.
-        back, on = Signal(), Signal()
-        m.d.comb += [back.eq(found), on.eq((steps & searches) | (loads & sends) | goes_on)]
+        back, on, begins, counts = Signal(), Signal(), Signal(), Signal()
+        loaded, from_code, from_memory = Signal(), Signal(), Signal()
+        m.d.sync += [
+            back.eq(found),
+            on.eq((steps & searches & ~found) | (loads & sends) | goes_on),
+            begins.eq(goes_on),
+            counts.eq(steps & searches & ~found),
+            loaded.eq(loads),
+            from_code.eq(sends_code),
+            from_memory.eq(sends),
+        ]
+        m.d.sync += [
+            ahead.eq(Mux(back, place, ahead + on) & ~idle.replicate(PART_BITS)),
+            run.eq(Mux(begins, 1, Mux(counts, run + 1, Mux(loaded, run - 1, run)))),
+        ]
+        with m.If(begins):
+            m.d.sync += place.eq(ahead + 1)
         with m.If(idle):
-            m.d.sync += [ahead.eq(0), place.eq(0), run.eq(1)]
-        with m.Elif(back):
-            m.d.sync += ahead.eq(place)
-        with m.Elif(on):
-            m.d.sync += ahead.eq(ahead + 1)
-        with m.If(goes_on):
-            m.d.sync += [place.eq(ahead + 1), run.eq(1)]
-        with m.Elif(steps & searches & ~found):
-            m.d.sync += run.eq(run + 1)
-        with m.Elif(loads):
-            m.d.sync += run.eq(run - 1)
+            m.d.sync += [place.eq(0), run.eq(1)]
         with m.If(loads):
-            m.d.sync += self.data.eq((run & sends_code.replicate(8)) | (self.read_data & sends.replicate(8)))
+            m.d.sync += self.data.eq((run & from_code.replicate(8)) | (self.read_data & from_memory.replicate(8)))
         m.d.sync += self.valid.eq(loads | (self.valid & ~self.ready))
         return m

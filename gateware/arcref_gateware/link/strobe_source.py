@@ -58,28 +58,22 @@ class StrobeSource(wiring.Component):
             both.eq(edge == BOTH),
         ]
 
-        # The timer runs down in two halves: only the lower one changes at every clock.
+        # The timer runs down in two halves: only the lower one changes at every clock. What happens with a clock is
+        # known in the one before. The register's two words may come apart, but a timer that runs reads both at its
+        # next turn alone.
         low, high = Signal(_HALF), Signal(_HALF)
-        runs, is_last, no_more = Signal(), Signal(), Signal()
+        runs, reloads, wraps, no_more = Signal(), Signal(init=1), Signal(), Signal()
         tick = Signal()
+        period_low, period_high = self.period[:_HALF], self.period[_HALF:]
         m.d.sync += [
             runs.eq(self.period[1:].any() & uses[TIMER]),
-            is_last.eq(low == 2),
-            no_more.eq(high == 0),
-            tick.eq(0),
-            low.eq(low - 1),
+            reloads.eq(~runs | ((low == 2) & no_more & ~reloads)),
+            wraps.eq(Mux(reloads, period_low == 0, low == 1)),
+            no_more.eq(Mux(reloads, period_high == 0, high == 0)),
+            low.eq(Mux(reloads, period_low, low - 1)),
+            high.eq(Mux(reloads, period_high, high - wraps)),
+            tick.eq(reloads & runs),
         ]
-        with m.If(low == 0):
-            m.d.sync += high.eq(high - 1)
-        # The register's two words come one after the other, but a timer that runs reads both at its next turn alone.
-        with m.If(~runs | (is_last & no_more)):
-            m.d.sync += [
-                low.eq(self.period[:_HALF]),
-                high.eq(self.period[_HALF:]),
-                is_last.eq(self.period[:_HALF] == 1),
-                no_more.eq(self.period[_HALF:] == 0),
-                tick.eq(runs),
-            ]
 
         # An edge of chip select is a pulse of one word, as those of the timer and of the command are.
         last_select, selected, other = Signal(), Signal(), Signal()
