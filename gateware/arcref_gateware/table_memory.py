@@ -69,14 +69,15 @@ class TableMemory(wiring.Component):
                 shape=WORD_BITS, depth=len(self.words), init=self.words, attrs=NO_COLLISION
             )
             port, write = memory.read_port(domain="comb"), memory.write_port()
-            word = Signal(WORD_BITS, reset_less=True)
+            word, shown = Signal(WORD_BITS, reset_less=True), Signal(WORD_BITS, reset_less=True)
             m.d.comb += [
+                self.data.eq(shown),
                 port.addr.eq(self.address),
                 write.en.eq(self.write),
                 write.addr.eq(self.address),
                 write.data.eq(self.write_data),
             ]
-            m.d.sync += [word.eq(port.data), self.data.eq(word)]
+            m.d.sync += [word.eq(port.data), shown.eq(word)]
         return m
 
     def _place_block_rams(self, m: Module) -> None:
