@@ -168,17 +168,18 @@ class RequestHandler(wiring.Component):
             bus.following.eq(~first_word),
         ]
         # The byte: on and on through the request, again from its address on, and as the answer's head needs it.
-        steps_on = Signal()
-        m.d.sync += steps_on.eq(parse | word)
-        with m.If(tick & steps_on):
-            m.d.sync += byte.eq(byte + 1)
-        with now("start"):
-            m.d.sync += byte.eq(0)
-        with now("second_time"):
-            m.d.sync += byte.eq(2)
+        steps_on, moves_byte, next_byte = Signal(), Signal(), Signal(PART_BITS)
+        # 1, 2, 2, 3: the status comes before the address.
+        head_byte = Cat(at_head[0] | at_head[3], ~at_head[0]) & does["next_head"].replicate(2)
+        m.d.sync += [
+            steps_on.eq(parse | word),
+            moves_byte.eq(parse | word | asked | does["second_time"] | does["next_head"]),
+            next_byte.eq(((byte + 1) & steps_on.replicate(PART_BITS)) | Cat(0, does["second_time"]) | head_byte),
+        ]
+        with m.If(tick & moves_byte):
+            m.d.sync += byte.eq(next_byte)
         with now("next_head"):
-            # 1, 2, 2, 3: the status comes before the address.
-            m.d.sync += [head.eq(head + 1), byte.eq(Cat(at_head[0] | at_head[3], ~at_head[0]))]
+            m.d.sync += head.eq(head + 1)
         with now("end_head"):
             m.d.sync += head.eq(0)
 
