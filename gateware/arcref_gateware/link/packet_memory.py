@@ -6,11 +6,10 @@ be sent. A part is 64 bytes, more than the longest packet.
 
 from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from arcref.link.packet import MOST_BODY_BYTES
-from arcref_gateware.memory_attributes import NO_COLLISION
+from arcref_gateware.link.buffer_memory import READ_CLOCKS, BufferMemory
 
 PART_BITS = 6
 """Address bits of a part."""
@@ -18,10 +17,8 @@ PART_BITS = 6
 SENT_PART = 2
 """Number of the part that is sent; 0 and 1 are received."""
 
-READ_CLOCKS = 2
-"""Clocks from `read_address` to `read_data`."""
-
 assert MOST_BODY_BYTES <= 1 << PART_BITS
+assert READ_CLOCKS == 2, "who reads counts on it"
 
 
 class PacketMemory(wiring.Component):
@@ -42,23 +39,22 @@ class PacketMemory(wiring.Component):
     read_address: In(PART_BITS + 2)
     """Byte to read: part in the two highest bits."""
     read_data: Out(8)
-    """The byte, `READ_CLOCKS` clocks later."""
+    """The byte, two clocks later."""
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.memory = memory = Memory(shape=8, depth=256, init=[], attrs=NO_COLLISION)
-        write, read = memory.write_port(), memory.read_port(domain="comb")
-        word = Signal(8, reset_less=True)
+        m.submodules.memory = memory = BufferMemory(8, 1 << PART_BITS + 2)
         waits = Signal()
         address, data = Signal(PART_BITS + 1), Signal(8)
         write_address, write_data, write_enable = Signal(PART_BITS + 2), Signal(8), Signal()
         m.d.comb += [
-            read.addr.eq(self.read_address),
-            write.addr.eq(write_address),
-            write.data.eq(write_data),
-            write.en.eq(write_enable),
+            memory.read_address.eq(self.read_address),
+            self.read_data.eq(memory.read_data),
+            memory.write_address.eq(write_address),
+            memory.write_data.eq(write_data),
+            memory.write.eq(write_enable),
         ]
-        m.d.sync += [word.eq(read.data), self.read_data.eq(word), write_enable.eq(self.send_valid | waits)]
+        m.d.sync += write_enable.eq(self.send_valid | waits)
         with m.If(self.send_valid):
             m.d.sync += [write_address.eq(self.send_address | SENT_PART << PART_BITS), write_data.eq(self.send_data)]
         with m.Else():
