@@ -18,6 +18,7 @@ SENT_PART = 2
 """Number of the part that is sent; 0 and 1 are received."""
 
 assert MOST_BODY_BYTES <= 1 << PART_BITS
+assert READ_CLOCKS == 2, "who reads counts on it"
 
 
 class PacketMemory(wiring.Component):
@@ -42,7 +43,7 @@ class PacketMemory(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.memory = memory = BufferMemory(8, 256)
+        m.submodules.memory = memory = BufferMemory(8, 1 << PART_BITS + 2)
         waits = Signal()
         address, data = Signal(PART_BITS + 1), Signal(8)
         write_address, write_data, write_enable = Signal(PART_BITS + 2), Signal(8), Signal()

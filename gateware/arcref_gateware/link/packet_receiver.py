@@ -50,7 +50,7 @@ class PacketReceiver(wiring.Component):
         valid, is_zero = Signal(), Signal()
         first, broken = Signal(init=1), Signal()
         left = Signal(8, init=1)  # bytes up to the next code, it included
-        is_code = Signal(init=1)  # left == 1, known by the next byte
+        is_code, one_less = Signal(init=1), Signal(8)  # left == 1 and left - 1, known by the next byte
         put, put_data, ends = Signal(), Signal(8), Signal()
         whole = Signal()  # no literal was missing when the delimiter came
         came = Signal()  # anything at all before the delimiter
@@ -58,13 +58,14 @@ class PacketReceiver(wiring.Component):
             valid.eq(self.valid),
             is_zero.eq(self.data == 0),
             is_code.eq(left == 1),
+            one_less.eq(left - 1),
             put_data.eq(Mux(is_code, 0, self.data)),
             # A code stands for the zero before it, unless it is the first.
             put.eq(valid & ~is_zero & ~(is_code & first)),
             ends.eq(valid & is_zero),
         ]
         with m.If(valid):
-            m.d.sync += [first.eq(is_zero), left.eq(Mux(is_code, self.data, left - 1))]
+            m.d.sync += [first.eq(is_zero), left.eq(Mux(is_code, self.data, one_less))]
             with m.If(is_zero):
                 m.d.sync += [whole.eq(is_code & ~first), came.eq(~first), left.eq(1)]
 

@@ -71,7 +71,7 @@ class StrobeSource(wiring.Component):
             wraps.eq(Mux(reloads, period_low == 0, low == 1)),
             no_more.eq(Mux(reloads, period_high == 0, high == 0)),
             low.eq(Mux(reloads, period_low, low - 1)),
-            high.eq(Mux(reloads, period_high, high - wraps)),
+            high.eq(Mux(reloads, period_high, high + wraps.replicate(_HALF))),
             tick.eq(reloads & runs),
         ]
 
