@@ -35,8 +35,9 @@ STAGES = (
 )
 """What a line of the log says about how far nextpnr is."""
 
-ROUTER = {"ice40": ("--router", "router2")}
-"""Router by family where it is not nextpnr's own choice: on an HX8K its first one was seen to go on without end."""
+ROUTER = {"ice40": ("--router", "router2", "--tmg-ripup")}
+"""Router by family where it is not nextpnr's own choice: on an HX8K its first one has been seen to go on without end.
+Without the last option the second one leaves nets on long ways round."""
 
 OWN_ROUTER = ("iCE40UP5K",)
 """Devices that keep nextpnr's own choice: on an UP5K the other one goes long ways round, which costs a fifth of the

@@ -9,7 +9,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from arcref.link.packet import MOST_BODY_BYTES
-from arcref_gateware.link.buffer_memory import BufferMemory
+from arcref_gateware.link.buffer_memory import READ_CLOCKS, BufferMemory
 
 PART_BITS = 6
 """Address bits of a part."""
@@ -39,7 +39,7 @@ class PacketMemory(wiring.Component):
     read_address: In(PART_BITS + 2)
     """Byte to read: part in the two highest bits."""
     read_data: Out(8)
-    """The byte, `buffer_memory.READ_CLOCKS` clocks later."""
+    """The byte, `READ_CLOCKS` clocks later."""
 
     def elaborate(self, platform):
         m = Module()

@@ -96,12 +96,9 @@ class UartDoor(wiring.Component):
             sender.push_data.eq(Mux(handler_has, handler.push_data, streamer.push_data)),
             sender.finish.eq(handler.finish | streamer.finish),
         ]
-        with m.If(free & handler.wants_sender):
-            m.d.sync += handler_has.eq(1)
-        with m.Elif(free & streamer.wants_sender):
-            m.d.sync += streamer_has.eq(1)
-        with m.If(handler.finish | ~handler.wants_sender):
-            m.d.sync += handler_has.eq(0)
-        with m.If(streamer.finish | ~streamer.wants_sender):
-            m.d.sync += streamer_has.eq(0)
+        # Plain data paths: a clock enable or a reset from so deep a thought would come late.
+        m.d.sync += [
+            handler_has.eq((handler_has | free) & handler.wants_sender & ~handler.finish),
+            streamer_has.eq((streamer_has | (free & ~handler.wants_sender)) & streamer.wants_sender & ~streamer.finish),
+        ]
         return m
