@@ -117,8 +117,10 @@ class CaptureStreamer(wiring.Component):
             is_high.eq(in_content & ~sends_overrun & byte[0]),
             number.eq(number + ends),
         ]
+        busy = Signal()  # 1 while the FSM is not idle
+        m.d.sync += busy.eq((busy | begins) & ~(states.ongoing("END") & may_push))
         m.d.comb += [
-            oldest.reading.eq(begins | ~states.ongoing("IDLE")),
+            oldest.reading.eq(begins | busy),
             self.wants_sender.eq(oldest.reading | (starts & oldest.ready)),
         ]
         return m

@@ -75,7 +75,9 @@ class RequestHandler(wiring.Component):
         # What is known of the byte that is there, and of where it stands.
         length_of_read, length_of_write = Signal(), Signal()
         says_read, says_write, same_number, count_fits, refused = Signal(), Signal(), Signal(), Signal(), Signal()
+        seen = Signal(8)  # the byte once more, near where it is judged
         m.d.sync += [
+            seen.eq(self.read_data),
             at_end.eq(byte == self.length),
             at_byte.eq(Cat(byte == k for k in range(HEAD_BYTES + 1))),
             at_head.eq(Cat(head == k for k in range(HEAD_BYTES + 1))),
@@ -84,10 +86,10 @@ class RequestHandler(wiring.Component):
             length_of_write.eq(
                 ~self.length[0] & (self.length >= HEAD_BYTES + 2) & (self.length <= HEAD_BYTES + 2 * MOST_WORDS)
             ),
-            says_read.eq(self.read_data == Kind.READ),
-            says_write.eq(self.read_data == Kind.WRITE),
-            same_number.eq(self.read_data == last_number),
-            count_fits.eq((self.read_data != 0) & (self.read_data <= MOST_WORDS)),
+            says_read.eq(seen == Kind.READ),
+            says_write.eq(seen == Kind.WRITE),
+            same_number.eq(seen == last_number),
+            count_fits.eq((seen != 0) & (seen <= MOST_WORDS)),
             refused.eq(~writes & (bus.status != Status.DONE)),
         ]
         # What comes from outside is taken at a tick and counts at the next one.
