@@ -219,9 +219,9 @@ class ConnectedEncoder(wiring.Component):
         m.d.comb += [uart.has_bus.eq(uart_has & uart.wants_bus), spi.has_bus.eq(spi_has & spi.wants_bus)]
         for name in ("valid", "request", "address", "following", "is_last", "write_word"):
             m.d.comb += getattr(bus, name).eq(Mux(spi_has, getattr(spi.bus, name), getattr(uart.bus, name)))
+        # The answer comes a clock later, so that the doors' own thoughts do not follow on the registers'.
+        read_word, status = Signal.like(bus.read_word), Signal.like(bus.status)
+        m.d.sync += [read_word.eq(bus.read_word), status.eq(bus.status)]
         for door, has in ((uart, uart_has), (spi, spi_has)):
-            m.d.comb += [
-                door.bus.done.eq(bus.done & has),
-                door.bus.read_word.eq(bus.read_word),
-                door.bus.status.eq(bus.status),
-            ]
+            m.d.sync += door.bus.done.eq(bus.done & has)
+            m.d.comb += [door.bus.read_word.eq(read_word), door.bus.status.eq(status)]

@@ -180,23 +180,28 @@ class PositionSpi(wiring.Component):
         m.d.sync += self.clear_flags.eq(high_word[8:] & obeyed.replicate(8))
 
         registers = self.registers
-        asking = Signal()
-        m.d.sync += registers.valid.eq((reads_now | writes_now) & ~asking)
-        with m.If((reads_now | writes_now) & ~asking):
+        asking, answered = Signal(), Signal()
+        asks, answers = Signal(), Signal()
+        m.d.comb += [asks.eq((reads_now | writes_now) & ~asking), answers.eq(answered & cs_n & last_cs_n)]
+        # Plain data paths: a reset of so few registers would come late.
+        m.d.sync += [
+            registers.valid.eq(asks),
+            asking.eq((asking | asks) & ~answers),
+            answered.eq((answered | (asking & registers.done)) & ~answers),
+        ]
+        with m.If(asks):
             m.d.sync += [
-                asking.eq(1),
                 registers.write.eq(writes_now),
                 registers.address.eq(high_word),
                 registers.write_word.eq(low_word),
             ]
         # An answer that comes while a frame is being sent waits for the next one, and one that is ready as chip select
         # falls must not change in the middle.
-        answered = Signal()
         with m.If(asking & registers.done):
             word = Mux(registers.write, registers.write_word, registers.read_word)
             code = Mux(registers.write, COMMAND_WRITE_REGISTER, COMMAND_READ_REGISTER)
-            m.d.sync += [answer.eq(Cat(word, registers.address, registers.status, code)), answered.eq(1)]
-        with m.If(answered & cs_n & last_cs_n):
-            m.d.sync += [answer_waits.eq(1), answered.eq(0), asking.eq(0)]
+            m.d.sync += answer.eq(Cat(word, registers.address, registers.status, code))
+        with m.If(answers):
+            m.d.sync += answer_waits.eq(1)
         m.d.comb += self.chip_select.eq(selected)
         return m

@@ -17,7 +17,7 @@ LAST_BYTE = RECORD_BYTES - 1
 
 KINDS_OF_BYTE = ("kind", "number", "lost", "low", "high")
 
-assert PUSH_CLOCKS >= READ_CLOCKS + 4, "a byte must have come out of the memory before it is pushed"
+assert PUSH_CLOCKS >= READ_CLOCKS + 5, "a byte must have come out of the memory before it is pushed"
 assert LOSS_BIT == 8 * RECORD_BYTES, "the byte behind the record says whether captures were lost"
 
 
@@ -78,12 +78,14 @@ class CaptureStreamer(wiring.Component):
         def chosen(selected, value):
             return value & selected.replicate(8)
 
+        word = Signal(WORD_BITS, reset_less=True)  # once more, near where it is chosen
+        m.d.sync += word.eq(oldest.word)
         m.d.sync += self.push_data.eq(
             chosen(is_kind, Kind.CAPTURE | (sends_overrun & (Kind.OVERRUN ^ Kind.CAPTURE)))
             | chosen(is_number, number)
             | chosen(is_lost, oldest.lost)
-            | chosen(is_low, oldest.word[:8])
-            | chosen(is_high, oldest.word[8:])
+            | chosen(is_low, word[:8])
+            | chosen(is_high, word[8:])
         )
         with m.FSM() as states:
             with m.State("IDLE"):

@@ -45,9 +45,12 @@ class PacketSender(wiring.Component):
         m = Module()
         m.submodules.crc = crc = CRC16_IBM_3740().create()
         length = Signal(PART_BITS)  # bytes written so far
-        place = Signal(PART_BITS)  # first byte behind the last code or zero
+        # Both are set anew while idle, so they need no reset.
+        place = Signal(PART_BITS, reset_less=True)  # first byte behind the last code or zero
         ahead = Signal(PART_BITS)  # byte that is looked at: the next to send, or in search of the next zero
-        run = Signal(PART_BITS + 1)  # code of the bytes from `place` on, then how many of them are left
+        run = Signal(
+            PART_BITS + 1, reset_less=True
+        )  # code of the bytes from `place` on, then how many of them are left
         m.d.comb += [self.read_address.eq(Cat(ahead, Const(SENT_PART, 2))), self.write_address.eq(length)]
 
         # States, a register each. They go on every eighth clock: `steps`. By then what they ask for is known.

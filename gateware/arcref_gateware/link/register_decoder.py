@@ -107,11 +107,10 @@ class RegisterDecoder(wiring.Component):
 
         # First step: the group, and where in a group the place is.
         words = {at: (register, i) for register in REGISTERS.registers for i, at in enumerate(register.addresses)}
-        groups = {number: Signal(name=f"group{number:x}") for number in sorted({at >> GROUP_BITS for at in words})}
+        numbers = sorted({at >> GROUP_BITS for at in words})
+        groups = {number: Signal(name=f"group{number:x}", reset_less=True) for number in numbers}
         for number, group in groups.items():
-            m.d.sync += group.eq(place[GROUP_BITS:] == number)
-            with m.If(~high_is_zero):
-                m.d.sync += group.eq(0)
+            m.d.sync += group.eq((place[GROUP_BITS:] == number) & high_is_zero)
         masks: dict[int, Signal] = {}
 
         def in_group(places) -> Signal:

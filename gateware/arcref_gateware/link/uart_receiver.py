@@ -27,7 +27,7 @@ class UartReceiver(wiring.Component):
         line = Signal(init=1)
         m.submodules.synchroniser = FFSynchronizer(self.rx, line, init=1)
         clocks = Signal(range(self.divisor))
-        at_middle = Signal()  # a clock early, so that the counter's comparison is off the path
+        at_middle = Signal(reset_less=True)  # a clock early, so that the counter's comparison is off the path
         bit = Signal(range(10))
         shift = Signal(8, reset_less=True)
         m.d.sync += [at_middle.eq(clocks == 1), self.valid.eq(0), self.bad.eq(0)]

@@ -23,8 +23,9 @@ class UartTransmitter(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        clocks = Signal(range(self.divisor))
-        bit_ends = Signal()  # a clock early, so that the counter's comparison is off the path
+        # Set anew while the line is idle, so they need no reset, which would stand before every bit's.
+        clocks = Signal(range(self.divisor), reset_less=True)
+        bit_ends = Signal(reset_less=True)  # a clock early, so that the counter's comparison is off the path
         # The bits that are left, a register each: the last one goes out as the only one is left.
         left = Signal(10)
         shift = Signal(9, init=~0)
