@@ -46,7 +46,7 @@ class IllegalSteps(wiring.Component):
         half = ILLEGAL_COUNT_BITS // 2
         in_word = Signal(range(len(self.illegal) + 1))
         m.d.sync += in_word.eq(sum(self.illegal[i] for i in range(len(self.illegal))))
-        addend = Signal(half, reset_less=True)
+        addend = Signal(half)
         # The sum runs over and over, in two halves a clock apart; that it ran over once is kept, and stops the count.
         low = Signal(half + 1)
         high = Signal(ILLEGAL_COUNT_BITS - half + 1)

@@ -82,7 +82,8 @@ class PendingStrobes(wiring.Component):
 
         # The number of a word counts down, so that adding the wait to it gives that of the word which came so long ago.
         # Both upper parts are a clock late, which nobody sees who looks in the middle of a group.
-        low, high = Signal(LOW_BITS), Signal(words - LOW_BITS)
+        # It begins where a group does: all its lines are written anew, and what a reset left in them is gone.
+        low, high = Signal(LOW_BITS, init=GROUP_ENDS - 1), Signal(words - LOW_BITS)
         due_low, due_high = Signal(LOW_BITS), Signal(words - LOW_BITS)
         borrow, carry = Signal(), Signal()
         m.d.sync += [

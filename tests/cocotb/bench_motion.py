@@ -9,7 +9,7 @@ from arcref.flags import Flag
 from arcref_sim.motion import Motion
 from arcref_sim.square_waves import SquareWaves, ZeroMark
 
-WORDS = 5600
+WORDS = 10600
 """Words of one run: long enough to home and, past the check of the tables at power-up, to be corrected."""
 
 
@@ -120,7 +120,7 @@ async def bunched_edges_of_a_converter_are_counted(dut):
 async def any_noise_on_all_lines_gives_what_the_golden_model_says(dut):
     driver = CoreDriver(dut)
     random = np.random.default_rng(6)
-    for longest, words in ((1, 5600), (3, 2000), (40, 2000)):
+    for longest, words in ((1, 10600), (3, 2000), (40, 2000)):
         await driver.reset(strobe_delay=int(random.integers(0, 60)))
         for _ in range(2):
             samples = words * driver.samples_per_word

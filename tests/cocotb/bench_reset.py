@@ -63,7 +63,7 @@ async def reset_in_the_middle_of_a_run_starts_clean(dut):
 async def reset_starts_the_check_of_the_tables_again(dut):
     driver = CoreDriver(dut)
     random = np.random.default_rng(2)
-    for clocks, words in ((3, 2000), (1, 5400)):
+    for clocks, words in ((3, 2000), (1, 10600)):
         await driver.reset(clocks=clocks)
         count = random_walk(random, 0, words * driver.samples_per_word)
         await driver.play(lines(count, z=count == 0))

@@ -55,7 +55,7 @@ async def frames_are_corrected_and_count_turns_across_the_seam(dut):
     driver = CoreDriver(dut)
     random = np.random.default_rng(17)
     await driver.reset(int(lines(-30)))
-    homing = np.concatenate([np.arange(-30, 20), rest(20, 5200 * driver.samples_per_word)])
+    homing = np.concatenate([np.arange(-30, 20), rest(20, 10500 * driver.samples_per_word)])
     await driver.play(lines(homing, z=mark(homing)))
     reading = read_frames(driver, SpiController(dut), random, 30, longest_gap_ps=3 * CLOCK_PERIOD_PS)
     transfers = await play_beside(driver, reading, moving(driver, random, (0.0, 0.3, 0.7), start=20))
