@@ -157,7 +157,7 @@ async def commands_back_to_back_are_all_obeyed_and_answered_in_order(dut):
 
 @cocotb.test()
 async def both_doors_at_once_disturb_neither(dut):
-    """Requests over UART without a pause; a master that only sends zeros meanwhile, and then one that asks."""
+    """Two requests always on their way over UART; a master that only sends zeros meanwhile, and then one that asks."""
     master = Master(dut, 6)
     await master.core.start()
     requests, values = [], []
@@ -168,11 +168,18 @@ async def both_doors_at_once_disturb_neither(dut):
             requests.append(Packet(Kind.WRITE, number, payload))
         else:
             requests.append(Packet(Kind.READ, number, PERIOD.to_bytes(2, "little") + bytes([2])))
-    for request in requests:
-        master.core.send(request)
+    waiting = list(requests)
+
+    def keep_two_on_their_way() -> None:
+        # There is room for two packets; a third that comes before the first is obeyed would be refused.
+        while waiting and len(requests) - len(waiting) - len(master.core.packets) < 2:
+            master.core.send(waiting.pop(0))
+
     for _ in range(6):
+        keep_two_on_their_way()
         assert await master.transfer() is None
     while len(master.core.packets) < len(requests):
+        keep_two_on_their_way()
         word = int(master.random.integers(1 << 16))
         assert await master.write(DELAY, word) == Status.DONE
         assert await master.read(DELAY) == word
