@@ -92,7 +92,8 @@ def fault_lists(samples_per_word: int) -> dict[str, list]:
         "slip back of 1": faults.slip(start + 3, -1),
         "extra pulses": faults.extra_pulses(start, samples_per_word, periods=3),
         "dropped pulses": faults.dropped_pulses(start, start + 20 * edge),
-        "double transition": faults.double_transition(start + 1),
+        # Where no edge is: beside one the two would make a step that is legal.
+        "double transition": faults.double_transition(start + 2 - samples_per_word // 4),
         "double transition there and back": faults.double_transition(start + 3, 1),
         "noise": faults.noise_glitches(start, start + 200 * edge, 60, seed=1),
         "noise on Z": faults.noise_glitches(start, start + 200 * edge, 60, line=4, seed=2),

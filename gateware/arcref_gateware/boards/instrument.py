@@ -85,7 +85,7 @@ class Instrument(wiring.Component):
                 **{name: In(samples_per_word) for name in SAMPLED_SIGNALS},
                 "alignment": In(samples_per_word),
                 "alignment_drive": Out(1),
-                "hold": Out(1),
+                "hold": Out(1, init=1),
                 "spi_sck": In(1),
                 "spi_cs_n": In(1, init=1),
                 "spi_copi": In(1),
@@ -112,8 +112,7 @@ class Instrument(wiring.Component):
     alignment_drive: Out
     """1 while the alignment pattern must go out."""
     hold: Out
-    """Reset of the domain `sync`, from the second clock on: at power-up an iCE40's registers are 0, and a 1 there would
-    put an inverter in the way of the widest net."""
+    """Reset of the domain `sync`."""
     spi_sck: In
     """SPI clock."""
     spi_cs_n: In
