@@ -5,6 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
 from arcref.correction_rom import CorrectionRom
+from arcref.link.packet import DEFAULT_BAUD
 from arcref.link.registers import GATEWARE_VERSION, MAGIC, PROTOCOL_VERSION, REGISTERS, fault_key
 from arcref_gateware.link.baud_rate import baud_divisor
 from arcref_gateware.link.capture_fifo import CaptureFifo
@@ -20,7 +21,6 @@ from arcref_gateware.link.uart_door import UartDoor
 from arcref_gateware.quadrature import DEFAULT_GATE_STATE
 from arcref_gateware.reference_encoder import ReferenceEncoder
 
-DEFAULT_BAUD = 3_000_000
 DEFAULT_WORD_CLOCK_HZ = 200e6
 CAPTURE_DEPTH = 256
 """Captures that the FIFO holds when nobody says otherwise."""

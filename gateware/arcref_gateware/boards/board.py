@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from arcref_gateware.connected_encoder import DEFAULT_BAUD
+from arcref.link.packet import DEFAULT_BAUD
 
 SAMPLED_SIGNALS = ("a", "b", "z", "strobe")
 """Signals that go through the samplers, all four along identical paths."""

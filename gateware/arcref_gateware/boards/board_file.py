@@ -10,11 +10,11 @@ from pathlib import Path
 
 from arcref.input_error import InputError
 from arcref.input_file import read_input_file
+from arcref.link.packet import DEFAULT_BAUD
 from arcref_gateware.boards.board import UART_SIGNALS, Board
 from arcref_gateware.boards.board_part import Part, own_part, part_of_platform
 from arcref_gateware.boards.board_pins import read_pins
 from arcref_gateware.boards.word_clock import word_clock_pll
-from arcref_gateware.connected_encoder import DEFAULT_BAUD
 from arcref_gateware.link.baud_rate import baud_divisor
 
 BOARD_FOLDER = Path("constraints")

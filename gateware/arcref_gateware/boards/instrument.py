@@ -9,11 +9,12 @@ from amaranth.lib.wiring import In, Out
 
 from arcref.correction_rom import CorrectionRom
 from arcref.flags import FAULT_FLAGS
+from arcref.link.packet import DEFAULT_BAUD
 from arcref_gateware.boards.alignment_check import AlignmentCheck, AlignmentPattern
 from arcref_gateware.boards.board import SAMPLED_SIGNALS
 from arcref_gateware.boards.self_test_course import SelfTestCourse
 from arcref_gateware.boards.square_wave_generator import SquareWaveGenerator
-from arcref_gateware.connected_encoder import CAPTURE_DEPTH, DEFAULT_BAUD, ConnectedEncoder
+from arcref_gateware.connected_encoder import CAPTURE_DEPTH, ConnectedEncoder
 from arcref_gateware.reference_encoder import ReferenceEncoder
 
 HEARTBEAT_HZ = 1.0

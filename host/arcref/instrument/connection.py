@@ -7,7 +7,8 @@ from pathlib import Path
 import click
 
 from arcref.instrument.encoder import Encoder
-from arcref.link.port_finder import DEFAULT_BAUD, PORT_VARIABLE
+from arcref.link.packet import DEFAULT_BAUD
+from arcref.link.port_finder import PORT_VARIABLE
 
 FASTEST_BAUD = 2**31 - 1
 """What the system's call for the speed of a port can take."""

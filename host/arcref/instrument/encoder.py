@@ -26,7 +26,7 @@ from arcref.instrument.trial import check_encoder, load_trial
 from arcref.instrument_error import InstrumentError
 from arcref.link.capture_record import CaptureRecord, Gap, Overrun
 from arcref.link.link import Link, LinkLost
-from arcref.link.port_finder import DEFAULT_BAUD
+from arcref.link.packet import DEFAULT_BAUD
 
 RECONNECT_S = 30.0
 """How long a stream waits for a cable that was pulled, unless told otherwise."""

@@ -26,6 +26,9 @@ from enum import IntEnum
 
 from cobs import cobs
 
+DEFAULT_BAUD = 3_000_000
+"""Speed of the UART where neither a board file nor the user says another."""
+
 MOST_WORDS = 24
 """Words of one READ or WRITE, at the most."""
 

@@ -10,12 +10,11 @@ from serial.tools import list_ports
 from arcref.input_error import InputError
 from arcref.instrument_error import InstrumentError
 from arcref.link.link import Link, LinkLost
+from arcref.link.packet import DEFAULT_BAUD
 from arcref.link.registers import MAGIC, PROTOCOL_VERSION, REGISTERS
 
 PORT_VARIABLE = "ARCREF_PORT"
 """Environment variable that names the port when no option does."""
-
-DEFAULT_BAUD = 3_000_000
 
 READ_TIMEOUT_S = 0.02
 """How long the reading thread waits for bytes; it notices a closed port within this time."""

@@ -20,7 +20,6 @@ GATEWARE_VERSION = 0x0100
 
 STROBE_SOURCES = ("pin", "timer", "chip select", "command")
 STROBE_EDGES = ("rising", "falling", "both")
-HOMING_MODES = ("once", "at the next index")
 ROM_STATES = ("checking", "good", "fault", "loading", "waiting for the index")
 
 GENERATOR_FAULTS = {

@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from arcref.correction_rom import CorrectionRom
-from arcref_gateware.connected_encoder import DEFAULT_BAUD, DEFAULT_WORD_CLOCK_HZ, ConnectedEncoder
+from arcref.link.packet import DEFAULT_BAUD
+from arcref_gateware.connected_encoder import DEFAULT_WORD_CLOCK_HZ, ConnectedEncoder
 from arcref_sim.core_log import SPI_FRAME
 from arcref_sim.graduation import GraduationError
 from arcref_sim.spi_plan import SpiPlan

@@ -13,10 +13,11 @@ from arcref.angle import COUNTS_PER_LINE
 from arcref.correction_rom import FRACTION_BITS, CorrectionRom
 from arcref.input_error import InputError
 from arcref.instrument_error import InstrumentError
+from arcref.link.packet import DEFAULT_BAUD
 from arcref.rom_command import read_curve
 from arcref.rom_image import load_rom
 from arcref.rom_provenance import fit_from_provenance
-from arcref_gateware.connected_encoder import DEFAULT_BAUD, DEFAULT_WORD_CLOCK_HZ
+from arcref_gateware.connected_encoder import DEFAULT_WORD_CLOCK_HZ
 from arcref_gateware.link.baud_rate import baud_divisor
 from arcref_gateware.quadrature import SAMPLES_PER_WORD
 from arcref_sim.graduation import GraduationError

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from arcref.input_error import InputError
+from arcref.link.packet import DEFAULT_BAUD
 from arcref_gateware.boards.board import SIGNAL_DIRECTIONS, UART_SIGNALS
 from arcref_gateware.boards.board_file import board_names, load_board
 from arcref_gateware.boards.board_platform import board_platform
 from arcref_gateware.boards.board_top import BoardTop
 from arcref_gateware.boards.pin_tables import package_balls
 from arcref_gateware.boards.self_test import SelfTest
-from arcref_gateware.connected_encoder import DEFAULT_BAUD
 from arcref_gateware.toolchain import use_installed_yosys
 
 CONSTRAINTS = Path(__file__).parents[3] / "constraints"
