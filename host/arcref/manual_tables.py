@@ -73,7 +73,7 @@ def register_table() -> str:
     """Every register: address, name, width, access, reset value, unit, and what it says with its fields."""
     rows = []
     for register in REGISTERS.registers:
-        meaning = " ".join([register.meaning, *(_field_sentence(register, field) for field in register.fields)])
+        meaning = " ".join([register.meaning, *(_field_sentence(field) for field in register.fields)])
         if register.largest is not None:
             meaning += f" At most {register.largest}."
         reset = "" if register.access is Access.COMMAND or not _has_reset(register) else f"{register.reset:#x}"
@@ -97,7 +97,7 @@ def _has_reset(register: Register) -> bool:
     return register.access is Access.WRITE or register.reset != 0
 
 
-def _field_sentence(register: Register, field: Field) -> str:
+def _field_sentence(field: Field) -> str:
     bits = f"{field.low + field.width - 1}..{field.low}" if field.width > 1 else f"{field.low}"
     choices = ", ".join(f"{number} {choice}" for number, choice in enumerate(field.choices))
     return f"Bit{'s' * (field.width > 1)} {bits} `{field.name}`: {field.meaning}" + (f" {choices}." if choices else "")

@@ -68,11 +68,11 @@ CRC8_POLYNOMIAL = 0x2F
 CRC8_INITIAL = 0xFF
 CRC8_FINAL_XOR = 0xFF
 
-COMMAND_NONE = 0x00
-"""Command byte that asks for nothing. So does any frame whose CRC is wrong, all zeros or all ones for instance."""
-
 COMMAND_CLEAR_FLAGS = 0xC1
-"""Command byte that clears the fault flags whose bits are 1 in the argument byte."""
+"""Command byte that clears the fault flags whose bits are 1 in the argument byte.
+
+Other command bytes, 0 for instance, ask for nothing, and neither does a frame whose CRC is wrong.
+"""
 
 COMMAND_READ_REGISTER = 0xA6
 """Command byte that asks for the word at an address of the registers."""

@@ -79,7 +79,6 @@ def run_zero_return(
     that is the fitted curve from which `rom` was made. `folder` keeps the compiled core; `knots`: as in
     `GraduationError.from_curve`. `progress` is told the part done, 0 to 1.
     """
-    started = time.perf_counter()
     core = VerilatedCore(CompiledCore.of(ReferenceEncoder(rom, samples_per_word), folder))
     graduation = GraduationError.from_curve(curve, knots)
     motion = zero_return_motion(graduation, speed_rps, revolutions, word_clock_hz)
@@ -129,7 +128,6 @@ def run_zero_return(
         words=words,
         difference=checker.comparison.difference,
         simulation_s=simulation_s,
-        total_s=time.perf_counter() - started,
         error_over_turn=truth.error_over_turn(),
         waveforms=tuple(truth.waveforms),
         correction_limit_counts=TWO_TABLES_LIMIT_COUNTS if rom.subdivision_table.any() else CORRECTION_LIMIT_COUNTS,

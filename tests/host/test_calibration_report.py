@@ -271,7 +271,7 @@ def test_shares_of_the_budget_sum_to_one(result):
     assert budget["expanded_of_difference_arcsec"] == pytest.approx(math.sqrt(2) * budget["expanded_arcsec"])
 
 
-def test_the_orders_that_errors_within_a_line_look_like_are_marked(result, tmp_path):
+def test_the_orders_that_errors_within_a_line_look_like_are_marked(result):
     marked = {row["order"]: row["looks_like_orders"] for row in calibration_record(result)["runs"][0]["harmonics"]}
     assert marked[8] == [4096, 8192, 16384]  # 4096 mod 24 = 16, which is -8
     assert not any(orders for order, orders in marked.items() if order != 8)

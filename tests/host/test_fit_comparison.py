@@ -31,7 +31,7 @@ def test_every_fit_is_there_the_chosen_one_first(comparison, table_1):
     assert [fit.name for fit in chosen.fits] == ["spline", "rbf", "fourier", "gaussian-process"]
 
 
-def test_figures_are_those_of_the_fits(comparison, table_1):
+def test_figures_are_those_of_the_fits(comparison):
     turn = np.arange(0, 360, 0.25)
     there = comparison.chosen.evaluate(turn)
     for one in comparison.figures[:-1]:

@@ -109,7 +109,7 @@ def test_a_search_depends_on_its_seed_alone():
     together = swarm_search(COLUMNS, volts, [5, 6, 7], settings_)
     alone = swarm_search(COLUMNS, volts, [6], settings_)
     assert np.array_equal(together.parameters[1], alone.parameters[0])
-    assert (np.diff(together.history_v2, axis=0) <= 0).all()
+    assert (np.diff(together.history, axis=0) <= 0).all()
 
 
 def test_the_sum_of_squares_of_the_swarm_is_that_of_the_residuals():

@@ -112,7 +112,6 @@ def test_the_same_seed_gives_the_same_numbers_and_another_seed_others(tmp_path):
     runs = [monte_carlo(reduction, fitted, budget.combined_arcsec, 250, seed) for seed in (5, 5, 6)]
     assert runs[0].figures() == runs[1].figures()
     assert runs[0].u_arcsec != runs[2].u_arcsec
-    np.testing.assert_array_equal(runs[0].u_at_angle_arcsec, runs[1].u_at_angle_arcsec)
 
 
 def test_too_few_runs_are_refused(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 from made_polygon_run import polygon_run_text
 from scipy.spatial.transform import Rotation
 
-from arcref.calibration.polygon_reduction import reduce_polygon, reduced_errors
+from arcref.calibration.polygon_reduction import reduce_polygon, unreferenced_errors
 from arcref.calibration.polygon_run import read_polygon_run
 from arcref.calibration.tower_tilt import ARCSEC_PER_RADIAN, horizontal_reading_arcsec
 
@@ -42,16 +42,22 @@ def true_error(faces, first_deg=0.0):
     return error - error[0]
 
 
+def errors_from_first(*readings):
+    """Equation (1): less the first reading."""
+    error = unreferenced_errors(*readings)
+    return error - error[0]
+
+
 def test_reduced_errors_by_hand():
     """e = (a - a1) - (b - b1) + sign (c - c1), worked on paper; whole turns of the position do not matter."""
     position = np.array([10.0, 100.0 + 1 / 3600, 190.0 - 2 / 3600, 280.0 + 720.0])
     nominal = np.array([10.0, 100.0, 190.0, 280.0])
     b, c = np.array([0.5, -1.0, 2.0, 0.25]), np.array([3.0, 4.0, 1.0, 3.5])
-    plus = reduced_errors(position, nominal, b, c, +1)
+    plus = errors_from_first(position, nominal, b, c, +1)
     assert plus == pytest.approx([0, 1 + 1.5 + 1, -2 - 1.5 - 2, 0.25 + 0.5], abs=1e-6)
-    minus = reduced_errors(position, nominal, b, c, -1)
+    minus = errors_from_first(position, nominal, b, c, -1)
     assert minus == pytest.approx([0, 1 + 1.5 - 1, -2 - 1.5 + 2, 0.25 - 0.5], abs=1e-6)
-    assert reduced_errors(position, nominal, None, c, +1) == pytest.approx([0, 1 + 1, -2 - 2, 0.5], abs=1e-6)
+    assert errors_from_first(position, nominal, None, c, +1) == pytest.approx([0, 1 + 1, -2 - 2, 0.5], abs=1e-6)
 
 
 @pytest.mark.parametrize("faces", [8, 24])
@@ -69,13 +75,13 @@ def test_a_perfect_encoder_with_tower_tilt_shows_plus_eps_x(faces, psi_arcsec, l
     normal = np.stack([np.cos(theta), np.sin(theta), np.zeros(faces)], axis=1)
     seen = Rotation.from_rotvec(-theta[:, np.newaxis] * axis).apply(normal)
     c = np.arctan2(seen[:, 1], seen[:, 0]) * ARCSEC_PER_RADIAN
-    right = reduced_errors(theta_deg, theta_deg, np.zeros(faces), c, +1)
+    right = errors_from_first(theta_deg, theta_deg, np.zeros(faces), c, +1)
     assert np.ptp(right) > 0.3
     exact = horizontal_reading_arcsec(theta_deg, psi_arcsec, omega_deg)
     assert np.abs(right - exact).max() < 1e-9
     f = np.sin(omega) * (1 - np.cos(theta)) * np.cos(omega - theta) + np.sin(theta) * np.cos(theta) / 2
     assert np.abs(right - psi_arcsec**2 / ARCSEC_PER_RADIAN * f).max() < left
-    wrong = reduced_errors(theta_deg, theta_deg, np.zeros(faces), c, -1)
+    wrong = errors_from_first(theta_deg, theta_deg, np.zeros(faces), c, -1)
     assert np.abs(wrong - exact).max() > 0.3
 
 

@@ -98,7 +98,6 @@ def test_each_series_may_begin_at_another_face(read):
 
 def test_counts_are_positions(read):
     run = read([round(2**23 * step / 6) for step in range(7)], name="count")
-    assert run.position_column == "count"
     assert run.position_deg == pytest.approx([60 * step for step in range(7)], abs=1e-4)
     assert shape(run) == [(1, 0, 6)]
 

@@ -65,7 +65,7 @@ def test_the_printed_equations_turn_the_normal_about_an_axis_whose_delta_runs_co
         assert geometry.elevation_rad(np.array([theta]))[0] == pytest.approx(elevation, abs=1e-12)
 
 
-def test_the_printed_matrix_is_no_rotation_and_the_texts_delta_is_another_axis(published):
+def test_the_printed_matrix_is_no_rotation_and_the_texts_delta_is_another_axis():
     printed = [by_rodrigues(6.7348, 129.3174, -1.6617, theta)[0] for theta in ARC]
     text = [by_rodrigues(6.7348, 129.3174, -1.6617, theta, clockwise_delta=True)[0] for theta in ARC]
     assert np.abs(ARC - printed).max() * ARCSEC_PER_RAD == pytest.approx(738.08, abs=0.005)

@@ -32,7 +32,7 @@ def refuse_mistakes(run: ClosureRun, solution: ClosureSolution) -> None:
 def closure_checks(run: ClosureRun, solution: ClosureSolution) -> tuple[Check, ...]:
     """The demands on a run."""
     design, checks = run.design, []
-    outliers = outlier_rows(run, solution)
+    outliers = outlier_rows(solution)
     if design.degrees_of_freedom > 1:
         named = "; ".join(
             f"{reading_name(run, index)}: residual {solution.residual_arcsec[index]:+.2f} arcsec, "

@@ -69,12 +69,6 @@ class ClosurePlan:
         return float(np.sqrt(np.mean(np.diag(self.design.covariance)[:p])))
 
     @property
-    def weak_orders(self) -> tuple[int, ...]:
-        """Orders that are separated with more than `WEAK` times the noise of a whole set."""
-        factor = self.design.noise_factor
-        return tuple(int(order) for order in self.design.orders[np.nan_to_num(factor) > WEAK])
-
-    @property
     def largest_factor(self) -> float:
         """The largest noise factor, infinite when an order is lost."""
         factor = self.design.noise_factor

@@ -22,7 +22,7 @@ def closure_sections(
     )
 
 
-def outlier_rows(run: ClosureRun, solution: ClosureSolution) -> list[int]:
+def outlier_rows(solution: ClosureSolution) -> list[int]:
     """Readings (of the run) that stand out, the worst first."""
     size, limit = np.abs(solution.studentized_residual), solution.outlier_limit
     return [int(index) for index in np.argsort(-size, kind="stable") if size[index] > limit]

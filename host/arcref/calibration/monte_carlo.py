@@ -34,9 +34,9 @@ class MonteCarlo:
     """What the runs gave.
 
     `u_arcsec`: rms of the error of a corrected angle about its mean, over all runs and angles; `interval_95_arcsec`:
-    95 % of these errors are no larger; `angle_deg`, `u_at_angle_arcsec`: the same rms angle by angle; `budget_arcsec`:
-    the combined standard uncertainty that it is to be compared with; `seed` of the random numbers; `scatter`: standard
-    deviation of `u_arcsec` from seed to seed, as a part of it, found from the scatter of the runs.
+    95 % of these errors are no larger; `budget_arcsec`: the combined standard uncertainty that it is to be compared
+    with; `seed` of the random numbers; `scatter`: standard deviation of `u_arcsec` from seed to seed, as a part of it,
+    found from the scatter of the runs.
     """
 
     runs: int
@@ -44,8 +44,6 @@ class MonteCarlo:
     u_arcsec: float
     interval_95_arcsec: float
     budget_arcsec: float
-    angle_deg: np.ndarray
-    u_at_angle_arcsec: np.ndarray
     scatter: float
 
     @property
@@ -82,7 +80,6 @@ def monte_carlo(
         raise ValueError(f"{runs} runs, at least {FEWEST_RUNS} were expected")
     calibration = _Repetition(reduction, fitted)
     random = np.random.default_rng(seed)
-    square_at_angle = np.zeros(calibration.angle_deg.size)
     square_of_run = np.empty(runs)
     # The share of each size of error, to a thousandth of the budget's uncertainty, gives the interval without keeping
     # every error.
@@ -94,17 +91,15 @@ def monte_carlo(
         for start in range(0, runs, _BLOCK):
             count = min(_BLOCK, runs - start)
             error = calibration.errors_arcsec(random, count)
-            square_at_angle += (error**2).sum(axis=0)
             square_of_run[start : start + count] = (error**2).mean(axis=1)
             size = np.minimum(np.abs(error) / width, sizes.size - 1).astype(np.int64)
             sizes += np.bincount(size.ravel(), minlength=sizes.size)
             bar.advance(task, count)
     total = np.cumsum(sizes)
     interval = (int(np.searchsorted(total, 0.95 * total[-1])) + 0.5) * width
-    u_at_angle = np.sqrt(square_at_angle / runs)
-    u = float(np.sqrt(np.mean(u_at_angle**2)))
+    u = float(np.sqrt(square_of_run.mean()))
     scatter = float(square_of_run.std(ddof=1) / np.sqrt(runs) / (2 * u**2))
-    return MonteCarlo(runs, seed, u, interval, budget_arcsec, calibration.angle_deg, u_at_angle, scatter)
+    return MonteCarlo(runs, seed, u, interval, budget_arcsec, scatter)
 
 
 class _Repetition:

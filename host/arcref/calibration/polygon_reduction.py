@@ -21,19 +21,13 @@ def unreferenced_errors(position_deg, nominal_deg, face_deviation_arcsec, x_arcs
     """Position minus face angle plus `sign` times x, float64[..., n] in arcsec, all with the same unknown constant.
 
     `nominal_deg`: nominal angle of the face that each reading is of; `face_deviation_arcsec`: None without certificate.
+
+    Less its first reading it is e_i = (a_i - a_1) - (b_i - b_1) + sign (c_i - c_1). Tian Liude et al. 2015, equation
+    (1), print a minus before (c_i - c_1). In the frame of their own equations, where c is positive towards face 2, the
+    encoder's error (reading minus true angle) needs the plus, `sign` = +1.
     """
     error = deviation_arcsec(position_deg, nominal_deg) + sign * np.asarray(x_arcsec)
     return error if face_deviation_arcsec is None else error - face_deviation_arcsec
-
-
-def reduced_errors(position_deg, nominal_deg, face_deviation_arcsec, x_arcsec, sign) -> np.ndarray:
-    """e_i = (a_i - a_1) - (b_i - b_1) + sign (c_i - c_1), float64[..., n] in arcsec, reading 1 being the first.
-
-    Tian Liude et al. 2015, equation (1), print a minus before (c_i - c_1). In the frame of their own equations, where c
-    is positive towards face 2, the encoder's error (reading minus true angle) needs the plus, `sign` = +1.
-    """
-    error = unreferenced_errors(position_deg, nominal_deg, face_deviation_arcsec, x_arcsec, sign)
-    return error - error[..., :1]
 
 
 @dataclass(frozen=True, eq=False)

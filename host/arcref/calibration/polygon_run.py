@@ -78,11 +78,6 @@ class PolygonRun:
     def _series_of_reading(self) -> np.ndarray:
         return np.searchsorted(self.series.first_reading, np.arange(len(self.face)), side="right") - 1
 
-    @property
-    def position_column(self) -> str:
-        """Which column the positions came from."""
-        return POSITION if POSITION in self.run.columns else COUNT
-
 
 def read_polygon_run(path, sign: int | None = None) -> PolygonRun:
     """Read a polygon run. `sign` overrides the file's `autocollimator_sign`.

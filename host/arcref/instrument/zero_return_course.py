@@ -32,7 +32,6 @@ class ZeroReturnCourse:
         self._timeout_s, self._period_s = timeout_s, 1 / readings_per_s
         self._progress, self._ask = progress, ask
         self._due_s = time.monotonic()
-        self.began_s = self._due_s
         self.flags = Flag(0)
         self.states: list[CountingState] = []
 

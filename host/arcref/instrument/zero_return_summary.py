@@ -1,6 +1,5 @@
 """From the course of a zero-return test on an instrument to its result."""
 
-import time
 from datetime import UTC, datetime
 
 import numpy as np
@@ -40,7 +39,6 @@ def summary(encoder: Encoder, course: ZeroReturnCourse, driven_by: str, rom: Cor
         illegal_steps=illegal_steps,
         flags=int(course.flags),
         shortest_edge_spacing_samples=end.shortest_edge_spacing,
-        total_s=time.monotonic() - course.began_s,
         first_turn=course.first_turn,
         instrument=InstrumentParts(
             port=encoder.port,

@@ -78,11 +78,6 @@ class Link:
         self._reader.start()
 
     @property
-    def broken_packets(self) -> int:
-        """Packets from the instrument that came broken so far."""
-        return self._stream.broken
-
-    @property
     def lost(self) -> bool:
         """True once the port is gone."""
         return self._lost is not None and not self._closing
@@ -126,9 +121,11 @@ class Link:
                 if answer is not None:
                     break
             else:
+                broken = self._stream.broken
+                came = f", but {broken} broken packets (is its baud rate right?)" if broken else ""
                 raise InstrumentError(
-                    f"{what}: no answer from {self.name} in {ATTEMPTS * ANSWER_TIMEOUT_S:g} s; is it the right port, "
-                    "and is the instrument configured and powered?"
+                    f"{what}: no answer from {self.name} in {ATTEMPTS * ANSWER_TIMEOUT_S:g} s{came}; is it the right "
+                    "port, and is the instrument configured and powered?"
                 )
         status = Status(answer.payload[0])
         if status is not Status.DONE:

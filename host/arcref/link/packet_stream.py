@@ -38,11 +38,6 @@ class PacketStream:
             yield packet
         self._take(pieces[-1])
 
-    def restart(self) -> None:
-        """Forget what is pending: the port was opened anew."""
-        self._pending.clear()
-        self._in_step = False
-
     def _take(self, piece: bytes) -> None:
         self._pending += piece
         if len(self._pending) > LONGEST_WIRE_BYTES:

@@ -5,7 +5,6 @@ import numpy as np
 from arcref.plot_style import AFTER_COLOUR, BEFORE_COLOUR, INK, QUIET, STYLE, WIDTH_IN, svg
 from arcref.subdivision.period_parameters import LineMap
 from arcref.subdivision.signal_budget import Cause
-from arcref.subdivision.signal_model import line_phases_rad
 
 _FINE = 721
 
@@ -148,8 +147,3 @@ def _not_rounding(axes, least: float) -> None:
     """A scale of 1e-12 would look like a finding."""
     limit = max(1.1 * max(map(abs, axes.get_ylim())), least)
     axes.set_ylim(-limit, limit)
-
-
-def whole_line_deg() -> np.ndarray:
-    """Phases at which a curve over the line is drawn, 0 to 360 deg."""
-    return np.degrees(np.append(line_phases_rad(_FINE - 1), 2 * np.pi))

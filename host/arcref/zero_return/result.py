@@ -47,7 +47,7 @@ class ZeroReturnResult:
 
     `counts` is the way of the shaft, there and back; `first_turn` that of the first zero mark. What is None was not
     checked: an instrument does not know the truth, nor does it run beside a golden model. `simulation_s` is the time
-    the core took, `total_s` that of all: compiling, making the signals, and the checks that were not done meanwhile.
+    that the core took.
     """
 
     speed_rps: float
@@ -59,7 +59,6 @@ class ZeroReturnResult:
     illegal_steps: int
     flags: int
     shortest_edge_spacing_samples: int
-    total_s: float
     provenance: dict = field(default_factory=dict)
     first_turn: int = 0
     lost_counts: int | None = None

@@ -113,7 +113,7 @@ class LiveEncoder:
                 sample = np.ceil(chunk.time_s * self.sample_rate_hz).astype(np.int64)
                 np.maximum(sample, self._held[-1][0][-1], out=sample)
                 self._held.append((sample, chunk.count, chunk.z))
-        rises, pulses = self.strobes.pulses(start, end)
+        rises, pulses = self.strobes.pulses_up_to(end)
         self._faults += pulses
         slipped = [PhaseShift(0, self._slipped)] if self._slipped else []
         overlay = LineOverlay([*slipped, *self._faults])

@@ -34,8 +34,8 @@ class LiveStrobes:
             raise ValueError(f"a burst needs 1 strobe or more, {2 * self._pulse} samples or more apart")
         self._burst += [sample + n * spacing for n in range(number)]
 
-    def pulses(self, start: int, end: int) -> tuple[list[int], list[LineHold]]:
-        """Strobes that rise from `start` up to `end`: their samples, and the pulses."""
+    def pulses_up_to(self, end: int) -> tuple[list[int], list[LineHold]]:
+        """Strobes that rise from the last call's end up to `end`: their samples, and the pulses."""
         rises = [sample for sample in self._burst if sample < end]
         self._burst = self._burst[len(rises) :]
         while self._next is not None and self._next < end:

@@ -95,11 +95,6 @@ class TwinCore:
         return self.description["latency_cycles"] - 1
 
     @property
-    def framing_errors(self) -> int:
-        """Bytes from the instrument that had no stop bit."""
-        return self._library.twin_framing_errors(self._instrument)
-
-    @property
     def busy(self) -> bool:
         """True while a byte is on the wire, either way."""
         return bool(self._library.twin_busy(self._instrument))
@@ -148,7 +143,6 @@ def _load(path: Path) -> ctypes.CDLL:
         "twin_plan_spi": (ctypes.c_int, [instrument, ctypes.c_void_p]),
         "twin_run": (None, [instrument, ctypes.POINTER(_Run)]),
         "twin_clock": (ctypes.c_int64, [instrument]),
-        "twin_framing_errors": (ctypes.c_int64, [instrument]),
         "twin_busy": (ctypes.c_int, [instrument]),
         "twin_output": (ctypes.c_uint64, [instrument, ctypes.c_int]),
     }

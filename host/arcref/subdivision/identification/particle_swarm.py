@@ -48,7 +48,7 @@ class SwarmOutcome:
 
     parameters: np.ndarray
     square_v2: np.ndarray
-    history_v2: np.ndarray
+    history: np.ndarray
 
 
 def inertia(distance, iteration: int, settings: SwarmSettings) -> np.ndarray:
