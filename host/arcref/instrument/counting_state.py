@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from arcref.flags import Flag
-from arcref.instrument.encoder import Encoder
+from arcref.instrument.instrument import Instrument
 
 WATCHED = ("closure_error", "largest_closure_error", "index_count", "shortest_edge_spacing", "illegal_steps")
 """Registers that stand together and are read by one request."""
@@ -29,10 +29,10 @@ class CountingState:
     illegal_steps: int
 
 
-def read_counting_state(encoder: Encoder) -> CountingState:
-    """Read it, with two requests. Raises `InstrumentError` as `Encoder` does."""
-    watched = encoder.registers.read_together(WATCHED)
-    snapshot = encoder.snapshot()
+def read_counting_state(instrument: Instrument) -> CountingState:
+    """Read it, with two requests. Raises `InstrumentError` as `Instrument` does."""
+    watched = instrument.registers.read_together(WATCHED)
+    snapshot = instrument.snapshot()
     return CountingState(
         snapshot.time_s, snapshot.raw_position, snapshot.position, snapshot.flags, snapshot.homed, **watched
     )

@@ -14,19 +14,17 @@ from dataclasses import replace
 import numpy as np
 
 from arcref.correction_rom import CorrectionRom
-from arcref.flags import FAULT_FLAGS, Flag
 from arcref.input_error import InputError
 from arcref.instrument.captures import UNKNOWN_LOSS, after, capture_array, lost_together
-from arcref.instrument.identity import Identity, read_identity
-from arcref.instrument.kept_link import KeptLink
-from arcref.instrument.register_access import RegisterAccess
-from arcref.instrument.snapshot import Snapshot, read_snapshot
+from arcref.instrument.hardware_zero_return import hardware_zero_return
+from arcref.instrument.instrument import Instrument
 from arcref.instrument.stream_state import StreamState
 from arcref.instrument.trial import check_encoder, load_trial
 from arcref.instrument_error import InstrumentError
 from arcref.link.capture_record import CaptureRecord, Gap, Overrun
-from arcref.link.link import Link, LinkLost
+from arcref.link.link import LinkLost
 from arcref.link.packet import DEFAULT_BAUD
+from arcref.zero_return.result import ZeroReturnResult
 
 RECONNECT_S = 30.0
 """How long a stream waits for a cable that was pulled, unless told otherwise."""
@@ -34,8 +32,8 @@ RECONNECT_S = 30.0
 _LOST_PORT = object()
 
 
-class Encoder:
-    """One instrument on a serial port.
+class Encoder(Instrument):
+    """One instrument on a serial port, and what is done with it: captures, trial corrections, the zero-return test.
 
     `port`: its name; None takes the one that `ARCREF_PORT` names, or the only one plugged in. When the port went away,
     each request tries once whether it is back, and a stream waits for it, `reconnect_s` seconds at the most. Raises
@@ -46,68 +44,7 @@ class Encoder:
         self.reconnect_s = reconnect_s
         self._records: queue.SimpleQueue = queue.SimpleQueue()
         self._streaming = False
-        self._kept = KeptLink(port, baud, self._take_record)
-        self._identity: Identity | None = None
-
-    def __enter__(self) -> "Encoder":
-        return self
-
-    def __exit__(self, *exception) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Close the port."""
-        self._kept.close()
-
-    @property
-    def port(self) -> str:
-        """Name of the serial port."""
-        return self._kept.name
-
-    @property
-    def interruptions(self) -> int:
-        """Times that the port went away and was opened again."""
-        return self._kept.interruptions
-
-    @property
-    def registers(self) -> RegisterAccess:
-        """Every register as an attribute."""
-        return self._kept.registers
-
-    @property
-    def identity(self) -> Identity:
-        """Gateware, clocks and calibration; read once, and anew after a trial was loaded."""
-        if self._identity is None:
-            self._identity = read_identity(self.registers)
-        return self._identity
-
-    def snapshot(self) -> Snapshot:
-        """Position, raw position, time and flags of one instant."""
-        sample_rate_hz = self.identity.sample_rate_hz
-        return read_snapshot(self._link, sample_rate_hz)
-
-    @property
-    def angle_deg(self) -> float:
-        """Corrected angle now, 0 .. 360 deg."""
-        return self.snapshot().angle_deg
-
-    @property
-    def position(self) -> int:
-        """Corrected position now, in counts, turns included."""
-        return self.snapshot().position
-
-    @property
-    def flags(self) -> Flag:
-        """The flags now."""
-        return Flag(self.registers.flags & 0xFF)
-
-    def clear_flags(self, flags: Flag = FAULT_FLAGS) -> None:
-        """Clear fault flags, all unless told which."""
-        self.registers.clear_flags = int(flags)
-
-    def home(self) -> None:
-        """Let the next index set the zero again."""
-        self.registers.home = 1
+        super().__init__(port, baud=baud, on_record=self._take_record)
 
     def stream(self, timeout_s: float | None = None) -> Iterator[tuple[int, CaptureRecord]]:
         """Captures as they come: pairs of how many were lost just before, and the record.
@@ -173,14 +110,12 @@ class Encoder:
         finally:
             self._kept.recognise()
 
-    def zero_return(self, **options):
+    def zero_return(self, **options) -> ZeroReturnResult:
         """The zero-return test, with the shaft turned by hand or motor, or by the on-board generator.
 
         Options and errors of `arcref.instrument.hardware_zero_return`; gives a `ZeroReturnResult`, and
         `result.passed` is the verdict.
         """
-        from arcref.instrument.hardware_zero_return import hardware_zero_return
-
         return hardware_zero_return(self, **options)
 
     @property
@@ -223,7 +158,3 @@ class Encoder:
                     raise InstrumentError(
                         f"no capture came from {self.port} in {timeout_s:g} s; is there a strobe?"
                     ) from None
-
-    @property
-    def _link(self) -> Link:
-        return self._kept.link

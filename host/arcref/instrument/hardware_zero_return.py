@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from arcref.correction_rom import CorrectionRom
 from arcref.input_error import InputError
-from arcref.instrument.encoder import Encoder
+from arcref.instrument.instrument import Instrument
 from arcref.instrument.shaft_drive import shaft_drive
 from arcref.instrument.zero_return_course import ZeroReturnCourse
 from arcref.instrument.zero_return_leg import ZeroReturnProgress
@@ -24,7 +24,7 @@ MOST_REVOLUTIONS = 1000
 
 
 def hardware_zero_return(
-    encoder: Encoder,
+    instrument: Instrument,
     *,
     revolutions: int = 10,
     generator_speed_rps: float | None = None,
@@ -50,14 +50,14 @@ def hardware_zero_return(
         raise InputError(f"{revolutions} revolutions were asked for, 0 .. {MOST_REVOLUTIONS} were expected")
     if not (timeout_s > 0 and 0 < readings_per_s < float("inf")):
         raise InputError("time-out and readings a second must be above 0")
-    identity = encoder.identity
+    identity = instrument.identity
     if rom is not None and rom.crc32 != identity.rom_crc32:
         raise InputError(
             f"the ROM image has CRC-32 0x{rom.crc32:08X}, the instrument carries 0x{identity.rom_crc32:08X}: "
             "it belongs to another encoder or another calibration"
         )
-    drive = shaft_drive(encoder, generator_speed_rps, generator_fault, ask, may_home=rehome)
-    course = ZeroReturnCourse(encoder, revolutions, timeout_s, readings_per_s, progress, ask)
+    drive = shaft_drive(instrument, generator_speed_rps, generator_fault, ask, may_home=rehome)
+    course = ZeroReturnCourse(instrument, revolutions, timeout_s, readings_per_s, progress, ask)
     try:
         course.run(drive, rehome)
     except BaseException:
@@ -65,4 +65,4 @@ def hardware_zero_return(
             drive.stop()
         raise
     drive.stop()
-    return summary(encoder, course, drive.name, rom)
+    return summary(instrument, course, drive.name, rom)

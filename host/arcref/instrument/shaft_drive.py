@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 from arcref.input_error import InputError
-from arcref.instrument.encoder import Encoder
 from arcref.instrument.generator_control import GeneratorControl, fault_bits, generator_rate
+from arcref.instrument.instrument import Instrument
 
 
 def _turns(number: int) -> str:
@@ -49,20 +49,20 @@ class GeneratorDrive:
 
     def __init__(
         self,
-        encoder: Encoder,
+        instrument: Instrument,
         speed_rps: float | None,
         ask: Callable[[str], None],
         *,
         fault: str | None = None,
         may_home: bool,
     ):
-        identity = encoder.identity
+        identity = instrument.identity
         if not identity.has_test_generator:
             raise InputError(
-                f"{encoder.port}: this bitstream has no test generator; leave --generator out and turn the shaft, or "
-                "build a bitstream that has one (`arcref build --self-test`)"
+                f"{instrument.port}: this bitstream has no test generator; leave --generator out and turn the shaft, "
+                "or build a bitstream that has one (`arcref build --self-test`)"
             )
-        self._generator = GeneratorControl(encoder.registers, identity.sample_rate_hz)
+        self._generator = GeneratorControl(instrument.registers, identity.sample_rate_hz)
         self._found = self._generator.state()
         if speed_rps is None:
             if not self._found.turns:
@@ -73,7 +73,7 @@ class GeneratorDrive:
             speed_rps = self._found.speed_rps(identity.sample_rate_hz)
         generator_rate(speed_rps, identity.sample_rate_hz)
         self._faults = fault_bits(fault) or self._found.fault_bits
-        if not may_home and not self._found.runs and encoder.snapshot().homed:
+        if not may_home and not self._found.runs and instrument.snapshot().homed:
             raise InputError(
                 "the test generator's zero mark is not the encoder's, so the zero must be set again: allow it with "
                 "--rehome, and home on the encoder afterwards"
@@ -102,18 +102,18 @@ class GeneratorDrive:
 
 
 def shaft_drive(
-    encoder: Encoder, speed_rps: float | None, fault: str | None, ask: Callable[[str], None], *, may_home: bool
+    instrument: Instrument, speed_rps: float | None, fault: str | None, ask: Callable[[str], None], *, may_home: bool
 ) -> UserDrive | GeneratorDrive:
     """The generator when it was asked for, or is in place of the shaft already; else the user.
 
     Raises `InputError` as `GeneratorDrive` does, and for a fault without a generator.
     """
-    identity = encoder.identity
+    identity = instrument.identity
     generates = (
-        identity.has_test_generator and GeneratorControl(encoder.registers, identity.sample_rate_hz).state().runs
+        identity.has_test_generator and GeneratorControl(instrument.registers, identity.sample_rate_hz).state().runs
     )
     if speed_rps is not None or generates:
-        return GeneratorDrive(encoder, speed_rps, ask, fault=fault, may_home=may_home)
+        return GeneratorDrive(instrument, speed_rps, ask, fault=fault, may_home=may_home)
     if fault is not None:
         raise InputError("only the test generator makes faults: name its speed with --generator")
     return UserDrive(ask)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from arcref.instrument.instrument import Instrument
 from arcref.link.link import LinkLost
 from arcref.link.register import Access
 from arcref.link.registers import REGISTERS
@@ -22,10 +23,10 @@ class StreamState:
     homed: bool
 
     @classmethod
-    def of(cls, encoder) -> "StreamState":
-        """Read it. Raises `InstrumentError` as `Encoder` does."""
-        snapshot = encoder.snapshot()
-        return cls(encoder.registers.read_together(SETTINGS), snapshot.time_s, snapshot.homed)
+    def of(cls, instrument: Instrument) -> "StreamState":
+        """Read it. Raises `InstrumentError` as `Instrument` does."""
+        snapshot = instrument.snapshot()
+        return cls(instrument.registers.read_together(SETTINGS), snapshot.time_s, snapshot.homed)
 
     def check(self, now: "StreamState", port: str) -> None:
         """Raises `LinkLost` when the instrument was switched off between this and `now`."""

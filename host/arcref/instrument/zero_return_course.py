@@ -5,8 +5,8 @@ import time
 from arcref.angle import COUNTS_PER_LINE, COUNTS_PER_TURN
 from arcref.flags import FAULT_FLAGS, Flag, describe_faults
 from arcref.instrument.counting_state import CountingState, read_counting_state
-from arcref.instrument.encoder import Encoder
 from arcref.instrument.fault_log import FaultLog
+from arcref.instrument.instrument import Instrument
 from arcref.instrument.shaft_drive import GeneratorDrive, UserDrive
 from arcref.instrument.zero_mark_passes import ZeroMarkPasses
 from arcref.instrument.zero_return_leg import Leg, ZeroReturnProgress
@@ -27,8 +27,8 @@ class ZeroReturnCourse:
     were up, `first_turn`: turn of the first mark, `fault_log`: what the instrument kept of each fault.
     """
 
-    def __init__(self, encoder: Encoder, revolutions, timeout_s, readings_per_s, progress, ask):
-        self._encoder, self.revolutions = encoder, revolutions
+    def __init__(self, instrument: Instrument, revolutions, timeout_s, readings_per_s, progress, ask):
+        self._instrument, self.revolutions = instrument, revolutions
         self._timeout_s, self._period_s = timeout_s, 1 / readings_per_s
         self._progress, self._ask = progress, ask
         self._due_s = time.monotonic()
@@ -38,9 +38,9 @@ class ZeroReturnCourse:
     def run(self, drive: UserDrive | GeneratorDrive, rehome: bool) -> None:
         """Prepare, turn forward and back."""
         drive.prepare()
-        self._encoder.clear_flags(FAULT_FLAGS)
-        self.fault_log = FaultLog(self._encoder.registers)
-        self.start = self._rehome() if rehome else read_counting_state(self._encoder)
+        self._instrument.clear_flags(FAULT_FLAGS)
+        self.fault_log = FaultLog(self._instrument.registers)
+        self.start = self._rehome() if rehome else read_counting_state(self._instrument)
         homes = rehome or not self.start.homed
         self.passes = ZeroMarkPasses(self.start, homes=homes)
         self._last = self.start
@@ -60,9 +60,9 @@ class ZeroReturnCourse:
     def _rehome(self) -> CountingState:
         """Let the next index home, and be sure that none came while this was asked for."""
         while True:
-            before = self._encoder.registers.index_count
-            self._encoder.home()
-            state = read_counting_state(self._encoder)
+            before = self._instrument.registers.index_count
+            self._instrument.home()
+            state = read_counting_state(self._instrument)
             if state.index_count == before:
                 return state
 
@@ -123,7 +123,7 @@ class ZeroReturnCourse:
         self._due_s = max(self._due_s + self._period_s, time.monotonic() - self._period_s)
         time.sleep(max(0.0, self._due_s - time.monotonic()))
         try:
-            state = read_counting_state(self._encoder)
+            state = read_counting_state(self._instrument)
         except InstrumentError as error:
             kind = LinkLost if isinstance(error, LinkLost) else InstrumentError
             raise kind(f"zero-return test, while {awaited}: {error}; then it must be started again") from error

@@ -8,8 +8,8 @@ from arcref import __version__
 from arcref.angle import COUNTS_PER_TURN
 from arcref.correction_rom import CorrectionRom
 from arcref.flags import FAULT_FLAGS, Flag
-from arcref.instrument.encoder import Encoder
 from arcref.instrument.identity import read_identity
+from arcref.instrument.instrument import Instrument
 from arcref.instrument.zero_return_course import ZeroReturnCourse
 from arcref.zero_return.instrument_parts import InstrumentParts
 from arcref.zero_return.result import ZeroReturnResult
@@ -18,9 +18,11 @@ STANDING_PART = 0.01
 """Below this part of the fastest speed the shaft counts as standing, and does not enter the usual speed."""
 
 
-def summary(encoder: Encoder, course: ZeroReturnCourse, driven_by: str, rom: CorrectionRom | None) -> ZeroReturnResult:
+def summary(
+    instrument: Instrument, course: ZeroReturnCourse, driven_by: str, rom: CorrectionRom | None
+) -> ZeroReturnResult:
     """The result of a course that has run."""
-    identity, states, end = read_identity(encoder.registers), course.states, course.states[-1]
+    identity, states, end = read_identity(instrument.registers), course.states, course.states[-1]
     rate_hz, start_s = identity.sample_rate_hz, course.start.time_s
     time_s = np.array([state.time_s - start_s for state in states])
     raw = np.array([state.raw_position for state in states])
@@ -41,7 +43,7 @@ def summary(encoder: Encoder, course: ZeroReturnCourse, driven_by: str, rom: Cor
         shortest_edge_spacing_samples=end.shortest_edge_spacing,
         first_turn=course.first_turn,
         instrument=InstrumentParts(
-            port=encoder.port,
+            port=instrument.port,
             driven_by=driven_by,
             fastest_rps=fastest_rps,
             further_marks=course.passes.further,
