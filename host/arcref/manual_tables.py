@@ -9,7 +9,8 @@ import textwrap
 from pathlib import Path
 
 from arcref.atomic_file import write_text
-from arcref.calibration.metadata_keys import EVERY, METADATA_KEYS
+from arcref.calibration.metadata_key import EVERY
+from arcref.calibration.metadata_keys import METADATA_KEYS
 from arcref.flags import FAULT_FLAGS, FLAG_MEANINGS
 from arcref.input_error import InputError
 from arcref.link.register import Access, Field, Register

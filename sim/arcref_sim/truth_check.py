@@ -4,7 +4,7 @@ import numpy as np
 
 from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_TURN
 from arcref.flags import Flag
-from arcref.zero_return.result import IndexPass
+from arcref.zero_return.index_pass import IndexPass
 from arcref.zero_return.truth_parts import ErrorFigures, ErrorOverTurn, Waveform
 from arcref_gateware.golden.core import POSITION_CHANGE, STATUS_CHANGE
 from arcref_gateware.golden.signal_changes import A_BIT, B_BIT, Z_BIT

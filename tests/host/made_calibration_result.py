@@ -2,13 +2,14 @@
 
 from made_polygon_run import polygon_run_text
 
-from arcref.calibration.calibration_result import CalibrationResult, Check, ReportSection, SeriesErrors
+from arcref.calibration.calibration_result import CalibrationResult, ReportSection, SeriesErrors
 from arcref.calibration.fits.fit_names import fit_curve
 from arcref.calibration.monte_carlo import monte_carlo
 from arcref.calibration.polygon_budget import face_u_arcsec, polygon_budget
 from arcref.calibration.polygon_inputs import PolygonInputs
 from arcref.calibration.polygon_reduction import reduce_polygon
 from arcref.calibration.polygon_run import read_polygon_run
+from arcref.check import Check
 from arcref.error_curve import ErrorCurve
 
 

@@ -13,7 +13,7 @@ from made_calibration_result import calibration_result
 from made_polygon_run import STATED
 
 from arcref.angle import ARCSEC_PER_COUNT
-from arcref.calibration.calibration_result import Check, ReportSection, SeriesErrors
+from arcref.calibration.calibration_result import ReportSection, SeriesErrors
 from arcref.calibration.correction_budget import correction_contributions
 from arcref.calibration.fits.fit_names import fit_curve
 from arcref.calibration.report.calibration_page import calibration_page
@@ -21,6 +21,7 @@ from arcref.calibration.report.calibration_record import calibration_record, cor
 from arcref.calibration.report.characteristics import characteristics
 from arcref.calibration.report.result_table import COLUMNS, result_csv
 from arcref.calibration.uncertainty_budget import UncertaintyBudget
+from arcref.check import Check
 from arcref.correction_rom import CorrectionRom
 from arcref.error_curve import ErrorCurve
 

@@ -15,7 +15,7 @@ from arcref.atomic_file import write_files
 from arcref.calibration.calibration_result import CalibrationResult
 from arcref.calibration.fit_sections import COMPARISON_TITLE
 from arcref.calibration.fits.fit_names import DEFAULT_FIT, FIT_NAMES
-from arcref.calibration.metadata_keys import SUBDIVISION
+from arcref.calibration.metadata_key import SUBDIVISION
 from arcref.calibration_file import FORMAT, VERSION
 from arcref.input_error import InputError
 from arcref.output_files import check_outputs

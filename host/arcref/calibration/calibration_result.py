@@ -1,28 +1,15 @@
 """What every calibration method ends in: the error curve, the method's numbers, and all that the report shows."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from arcref.calibration.fits.curve_fit import FittedCurve
 from arcref.calibration.uncertainty_budget import UncertaintyBudget
+from arcref.check import Check
 from arcref.error_curve import ErrorCurve
 from arcref.run_file import RunFile
 from arcref.subdivision_curve import SubdivisionCurve
-
-if TYPE_CHECKING:
-    from arcref.calibration.fits.curve_fit import FittedCurve
-
-
-@dataclass(frozen=True)
-class Check:
-    """One demand on the run: a sentence, what was found, and whether the demand was met."""
-
-    sentence: str
-    found: str
-    passed: bool
 
 
 @dataclass(frozen=True)

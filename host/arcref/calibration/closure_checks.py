@@ -6,7 +6,6 @@ import numpy as np
 from scipy.stats import chi2
 
 from arcref.angle import ARCSEC_PER_COUNT
-from arcref.calibration.calibration_result import Check
 from arcref.calibration.closure_mistakes import refuse_deviations, refuse_misread
 from arcref.calibration.closure_plan import WEAK
 from arcref.calibration.closure_run import ClosureRun, X
@@ -15,6 +14,7 @@ from arcref.calibration.closure_solution import FALSE_ALARM, ClosureSolution, so
 from arcref.calibration.fit_sections import aliasing_warning
 from arcref.calibration.fits.curve_fit import FittedCurve
 from arcref.calibration.stated_values import stated_number
+from arcref.check import Check
 
 OUTLIERS_NAMED = 5
 

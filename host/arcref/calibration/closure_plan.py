@@ -18,7 +18,8 @@ from arcref.calibration.closure_run import (
     read_settings,
     stated_step_deg,
 )
-from arcref.calibration.metadata_keys import CLOSURE, known_keys
+from arcref.calibration.metadata_key import CLOSURE
+from arcref.calibration.metadata_keys import known_keys
 from arcref.calibration.polygon_metadata import FEWEST_FACES, MOST_FACES, stated_faces
 from arcref.input_error import InputError
 from arcref.run_file import read_run_file

@@ -6,7 +6,8 @@ import numpy as np
 
 from arcref.calibration.closure_design import SettingsDesign, nominal_position_deg
 from arcref.calibration.closure_mistakes import refuse_misplaced
-from arcref.calibration.metadata_keys import CLOSURE, known_keys
+from arcref.calibration.metadata_key import CLOSURE
+from arcref.calibration.metadata_keys import known_keys
 from arcref.calibration.polygon_metadata import FEWEST_FACES, autocollimator_sign, stated_faces
 from arcref.calibration.stated_values import stated_number
 from arcref.error_curve import CLOSURE_TOLERANCE_ARCSEC

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
-from arcref.calibration.calibration_result import Check
 from arcref.calibration.polygon_mistakes import outliers
 from arcref.calibration.polygon_reduction import PolygonReduction, series_residual
 from arcref.calibration.polygon_run import PolygonRun
 from arcref.calibration.stated_values import stated_number
 from arcref.calibration.tilt_tolerance import TiltTolerance
+from arcref.check import Check
 from arcref.error_curve import CLOSURE_TOLERANCE_ARCSEC
 
 SCATTER_FACTOR = 4.0

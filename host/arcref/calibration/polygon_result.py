@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from arcref.calibration.calibration_provenance import calibration_provenance
-from arcref.calibration.calibration_result import CalibrationResult, Check, SeriesErrors
+from arcref.calibration.calibration_result import CalibrationResult, SeriesErrors
 from arcref.calibration.correction_budget import INTERPOLATION
 from arcref.calibration.fit_options import USUAL_FIT, FitOptions, fit_report
 from arcref.calibration.fit_sections import aliasing_warning
@@ -16,6 +16,7 @@ from arcref.calibration.polygon_inputs import PolygonInputs
 from arcref.calibration.polygon_reduction import PolygonReduction
 from arcref.calibration.polygon_sections import method_paragraphs, series_section, tilt_section
 from arcref.calibration_file import readings_json
+from arcref.check import Check
 from arcref.error_curve import ErrorCurve
 
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from arcref.angle import counts_to_deg
-from arcref.calibration.metadata_keys import POLYGON, known_keys
+from arcref.calibration.metadata_key import POLYGON
+from arcref.calibration.metadata_keys import known_keys
 from arcref.calibration.polygon_metadata import autocollimator_sign, stated_faces
 from arcref.calibration.polygon_series import BACKWARD, FORWARD, PolygonSeries, arrange_series
 from arcref.calibration.stated_values import stated_number, stated_plus_or_minus_one

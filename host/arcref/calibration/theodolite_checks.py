@@ -5,7 +5,6 @@ import math
 import numpy as np
 from scipy.stats import chi2
 
-from arcref.calibration.calibration_result import Check
 from arcref.calibration.closure_solution import FALSE_ALARM
 from arcref.calibration.theodolite_arc import shortest_arc_deg
 from arcref.calibration.theodolite_budget import azimuth_noise, zenith_noise
@@ -13,6 +12,7 @@ from arcref.calibration.theodolite_findings import ArcFindings
 from arcref.calibration.theodolite_model import LARGEST_ALPHA_DEG
 from arcref.calibration.theodolite_run import ZENITH, TheodoliteRun
 from arcref.calibration.theodolite_solution import ARCSEC_PER_RAD, ArcSolution
+from arcref.check import Check
 from arcref.input_error import InputError
 
 OUTLIERS_NAMED = 5

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arcref.calibration.metadata_keys import THEODOLITE, known_keys
+from arcref.calibration.metadata_key import THEODOLITE
+from arcref.calibration.metadata_keys import known_keys
 from arcref.calibration.stated_values import stated_number, stated_plus_or_minus_one
 from arcref.calibration.theodolite_mistakes import (
     AZIMUTH,

@@ -5,7 +5,7 @@ from dataclasses import replace
 from arcref.angle import COUNTS_PER_TURN
 from arcref.flags import Flag
 from arcref.instrument.counting_state import CountingState
-from arcref.zero_return.result import IndexPass
+from arcref.zero_return.index_pass import IndexPass
 
 INDEX_COUNT_VALUES = 1 << 16
 """The instrument counts its indices modulo this."""

@@ -4,7 +4,8 @@ import numpy as np
 
 from arcref.angle import LINES_PER_TURN
 from arcref.calibration.calibration_provenance import calibration_provenance
-from arcref.calibration.calibration_result import CalibrationResult, Check
+from arcref.calibration.calibration_result import CalibrationResult
+from arcref.check import Check
 from arcref.run_file import RunFile
 from arcref.subdivision.identification.identification import IdentifiedParameters
 from arcref.subdivision.identification.identification_names import METHODS

@@ -5,7 +5,8 @@ from importlib import import_module
 from pathlib import Path
 
 from arcref.calibration.calibration_result import CalibrationResult
-from arcref.calibration.metadata_keys import SUBDIVISION, known_keys
+from arcref.calibration.metadata_key import SUBDIVISION
+from arcref.calibration.metadata_keys import known_keys
 from arcref.run_file import RunFile, read_run_file
 
 SAMPLE, TIME, SINE, COSINE = "sample", "time_s", "sine_v", "cosine_v"

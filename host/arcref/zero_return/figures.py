@@ -2,7 +2,8 @@
 
 from arcref.angle import COUNTS_PER_TURN
 from arcref.flags import Flag
-from arcref.zero_return.result import ZeroReturnResult, closure_text
+from arcref.zero_return.index_pass import closure_text
+from arcref.zero_return.result import ZeroReturnResult
 from arcref.zero_return.truth_parts import ErrorFigures
 
 NO_SPACING = 4095

@@ -10,6 +10,7 @@ from rich.text import Text
 from arcref.atomic_file import write_files
 from arcref.zero_return.figures import figures
 from arcref.zero_return.page import zero_return_page
+from arcref.zero_return.record import zero_return_record
 from arcref.zero_return.result import ZeroReturnResult
 
 
@@ -19,7 +20,7 @@ def write_outputs(result: ZeroReturnResult, page: Path | None, json_path: Path |
     if page:
         files[page] = zero_return_page(result).encode()
     if json_path:
-        files[json_path] = (json.dumps(result.to_json(), indent=2) + "\n").encode()
+        files[json_path] = (json.dumps(zero_return_record(result), indent=2) + "\n").encode()
     write_files(files)
 
 

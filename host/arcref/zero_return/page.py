@@ -7,9 +7,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from arcref.angle import COUNTS_PER_TURN, counts_to_deg, format_dms, split_position
 from arcref.flags import Flag
 from arcref.zero_return.figures import figures
+from arcref.zero_return.index_pass import IndexPass
 from arcref.zero_return.instrument_parts import NOT_CHECKED, FaultRecord
 from arcref.zero_return.plots import closure_plot, error_plot, waveform_plot, way_plot
-from arcref.zero_return.result import IndexPass, ZeroReturnResult
+from arcref.zero_return.result import ZeroReturnResult
 
 TEMPLATE = "zero_return.html.j2"
 

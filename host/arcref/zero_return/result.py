@@ -1,9 +1,11 @@
 """What the zero-return test found, and whether that is a pass."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 
 from arcref.angle import COUNTS_PER_TURN
+from arcref.check import Check
 from arcref.flags import Flag, describe_faults
+from arcref.zero_return.index_pass import IndexPass, closure_text, missing_text
 from arcref.zero_return.instrument_parts import InstrumentParts
 from arcref.zero_return.truth_parts import ErrorFigures, ErrorOverTurn, Waveform
 
@@ -16,29 +18,6 @@ TWO_TABLES_LIMIT_COUNTS = 0.7
 
 HARMLESS_FLAGS = Flag.EDGE_SPACING_LIMIT
 """Fault flags that do not fail the test: this one says that no margin is left, not that a count is lost."""
-
-
-@dataclass(frozen=True)
-class IndexPass:
-    """The zero mark going by: `turn` as the core counted it, `direction` 1 forward and -1 reverse, `time_s` from the
-    start, `closure_error_counts` (0 at the first index, which homes; None when it could not be read before the next
-    mark came), `homes` for that one.
-    """
-
-    time_s: float
-    direction: int
-    turn: int
-    closure_error_counts: int | None
-    homes: bool
-
-
-@dataclass(frozen=True)
-class Check:
-    """One line of the verdict: what must hold, what was found, and whether it holds."""
-
-    sentence: str
-    found: str
-    passed: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,7 +148,7 @@ class ZeroReturnResult:
         else:
             # A hand or a motor may go to and fro over a mark, or past the last one: more marks than these are no fault.
             missing = self.missing_passes
-            found = f"{len(expected) - len(missing)} of {len(expected)}{_missing_text(missing)}"
+            found = f"{len(expected) - len(missing)} of {len(expected)}{missing_text(missing)}"
             all_seen, largest = not missing, self.instrument.largest_closure_error_counts
         closed = bool(closure) and not any(error != 0 for error in closure) and largest == 0
         drift_text = "not back" if not came_back else "not read" if drift is None else f"{drift} counts"
@@ -203,57 +182,3 @@ class ZeroReturnResult:
             found = f"{right} of {parts.readings}"
             checks.append(Check("every reading is corrected as the ROM image says", found, right == parts.readings))
         return checks
-
-    def to_json(self) -> dict:
-        """The figures for a program; units stand in the names. What was not checked is None."""
-        before, after = (error or ErrorFigures(None, None, 0) for error in (self.before, self.after))
-        return {
-            "format": "arcref-zero-return",
-            "version": 1,
-            "passed": self.passed,
-            "checks": {check.sentence: check.passed for check in self.checks},
-            "speed_rps": self.speed_rps,
-            "revolutions": self.revolutions,
-            "samples_per_word": self.samples_per_word,
-            "sample_rate_hz": self.sample_rate_hz,
-            "samples_per_count": self.samples_per_count,
-            "counts": self.counts,
-            "counts_per_turn": self.counts_per_turn,
-            "closure": [asdict(index) for index in self.index_passes],
-            "zero_drift_counts": self.zero_drift_counts,
-            "lost_counts": self.lost_counts,
-            "illegal_steps": self.illegal_steps,
-            "shortest_edge_spacing_samples": self.shortest_edge_spacing_samples,
-            "shortest_edge_spacing_ns": self.shortest_edge_spacing_ns,
-            "flags": self.flags,
-            "error_before_rms_arcsec": before.rms_arcsec,
-            "error_before_max_arcsec": before.max_arcsec,
-            "error_after_rms_arcsec": after.rms_arcsec,
-            "error_after_max_arcsec": after.max_arcsec,
-            "fit_difference_max_counts": self.correction_deviation_counts,
-            "spi_frames_read": self.spi_frames,
-            "spi_frames_wrong": self.spi_frames_wrong,
-            "first_difference": None if self.difference is None else str(self.difference),
-            "words": self.words,
-            "seconds": self.simulation_s,
-            "counts_per_s": self.counts_per_s,
-            "samples_per_s": self.samples_per_s,
-            "provenance": self.provenance,
-        } | ({} if self.instrument is None else {"instrument": self.instrument.to_json()})
-
-
-def _missing_text(missing: list[tuple[int, int]]) -> str:
-    shown = ", ".join(f"turn {turn} {'forward' if direction > 0 else 'reverse'}" for turn, direction in missing[:6])
-    return f"; missing: {shown}{' ...' if len(missing) > 6 else ''}" if missing else ""
-
-
-def closure_text(errors: list[int | None], largest: int = 0) -> str:
-    """`0 counts` where all agree, else each of them; `?` for one that was not read, with the largest of all."""
-    if not errors:
-        return "no zero mark came back"
-    if len(set(errors)) == 1 and errors[0] is not None:
-        text = f"{errors[0]} counts"
-    else:
-        shown = " ".join("?" if error is None else str(error) for error in errors[:30])
-        text = f"{shown}{' ...' if len(errors) > 30 else ''} counts"
-    return text if largest in (0, *errors) else f"{text}, {largest} at most"

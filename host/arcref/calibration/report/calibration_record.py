@@ -7,7 +7,8 @@ from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_TURN, arcsec_to_counts, co
 from arcref.calibration.aliasing import aliases
 from arcref.calibration.calibration_result import CalibrationResult
 from arcref.calibration.harmonics import harmonics
-from arcref.calibration.metadata_keys import CONDITIONS, IDENTIFICATION, KEYS_BY_NAME, METADATA_KEYS
+from arcref.calibration.metadata_key import CONDITIONS, IDENTIFICATION
+from arcref.calibration.metadata_keys import KEYS_BY_NAME, METADATA_KEYS
 from arcref.calibration.report.characteristics import characteristics
 from arcref.calibration.report.findings_record import findings_record, finite
 from arcref.calibration.uncertainty_budget import COVERAGE_FACTOR

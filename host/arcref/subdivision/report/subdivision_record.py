@@ -8,7 +8,8 @@ import numpy as np
 from arcref import __version__
 from arcref.angle import ARCSEC_PER_COUNT, COUNTS_PER_LINE, arcsec_to_counts
 from arcref.calibration.calibration_result import CalibrationResult
-from arcref.calibration.metadata_keys import CONDITIONS, IDENTIFICATION, KEYS_BY_NAME
+from arcref.calibration.metadata_key import CONDITIONS, IDENTIFICATION
+from arcref.calibration.metadata_keys import KEYS_BY_NAME
 from arcref.calibration.report.calibration_record import FORMAT, VERSION, stated_metadata
 from arcref.calibration.report.findings_record import findings_record
 from arcref.calibration.uncertainty_budget import COVERAGE_FACTOR
