@@ -50,6 +50,15 @@ def deg_to_counts(angle_deg):
     return int(counts) if np.ndim(counts) == 0 else counts.astype(np.int64)
 
 
+def wrapped(values, period=360.0):
+    """Values brought into -period/2 .. period/2: the same directions, in degrees unless told otherwise.
+
+    >>> float(wrapped(359.0))
+    -1.0
+    """
+    return values - period * np.rint(np.divide(values, period))
+
+
 def split_position(position):
     """Split a position into `(turns, angle)` with `0 <= angle < COUNTS_PER_TURN`; turns are rounded down.
 

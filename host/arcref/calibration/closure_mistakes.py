@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from arcref.angle import wrapped
 from arcref.calibration.closure_design import nominal_position_deg
-from arcref.calibration.polygon_series import OFF_FACE_LIMIT_DEG
+from arcref.calibration.faces_of_readings import OFF_FACE_LIMIT_DEG
 from arcref.input_error import InputError
 from arcref.run_file import RunFile
 
@@ -44,7 +45,7 @@ def refuse_misplaced(run: RunFile, faces: int, step_deg: float, setting: np.ndar
         f"(face {face[index] + 1} at setting {setting[index]})"
     )
     met = face[index] + off[index] * faces / 360.0
-    if abs(_wrapped(x - expected)) < limit < abs(off[index]) and abs(position[index]) < 60.0:
+    if abs(wrapped(x - expected)) < limit < abs(off[index]) and abs(position[index]) < 60.0:
         problem += f"; {round(x, 2):g} in column {X} fits: are the two swapped?"
     elif abs(met - round(met)) * 360.0 / faces < limit:
         problem += f"; face {round(met) % faces + 1} is met there"
@@ -118,7 +119,7 @@ def _step_of(position, faces: int, setting, face) -> float | None:
     numbers = np.unique(setting)
     off = position - nominal_position_deg(faces, 0.0, setting, face)
     start = {number: _centre(off[setting == number]) for number in numbers}
-    steps = [_wrapped(start[n + 1] - start[n]) for n in numbers if n + 1 in start]
+    steps = [wrapped(start[n + 1] - start[n]) for n in numbers if n + 1 in start]
     return float(np.median(steps)) if steps else None
 
 
@@ -131,20 +132,16 @@ def _off_grid(position, nominal) -> tuple[np.ndarray, float]:
     """How far each position is from the nominal one, and the start common to them, -180 .. 180 deg."""
     off = np.asarray(position) - nominal
     start = _centre(off)
-    return _wrapped(off - start), start
+    return wrapped(off - start), start
 
 
 def _centre(off_deg) -> float:
     """The median of directions: of those around the one that most others lie near to."""
     sample = off_deg[:: max(1, len(off_deg) // 200)]
-    near = np.abs(_wrapped(sample[:, np.newaxis] - sample)) < OFF_FACE_LIMIT_DEG
+    near = np.abs(wrapped(sample[:, np.newaxis] - sample)) < OFF_FACE_LIMIT_DEG
     guess = sample[int(np.argmax(near.sum(axis=1)))]
-    around = _wrapped(off_deg - guess)
-    return float(_wrapped(guess + np.median(around[np.abs(around) < 1.0])))
-
-
-def _wrapped(angle_deg):
-    return angle_deg - 360.0 * np.rint(np.asarray(angle_deg) / 360.0)
+    around = wrapped(off_deg - guess)
+    return float(wrapped(guess + np.median(around[np.abs(around) < 1.0])))
 
 
 def _rms(values) -> float:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arcref.angle import wrapped
 from arcref.calibration.closure_design import SettingsDesign, nominal_position_deg
 from arcref.calibration.closure_mistakes import refuse_misplaced
 from arcref.calibration.metadata_key import CLOSURE
@@ -55,19 +56,19 @@ class ClosureRun:
         """float64[n]: encoder reading - nominal position + sign * x, what `solve_closure` takes."""
         off = self.position_deg - self.start_deg
         off = off - nominal_position_deg(self.faces, self.setting_step_deg, self.setting, self.face)
-        return 3600.0 * wrapped_deg(off) + (self.sign if sign is None else sign) * self.x_arcsec
+        return 3600.0 * wrapped(off) + (self.sign if sign is None else sign) * self.x_arcsec
 
     @property
     def angle_deg(self) -> np.ndarray:
         """float64[p]: encoder's angle of each position of the design, the mean over its readings, increasing."""
         off = self.position_deg - self.start_deg - self.design.position_deg[self.design.position]
         count = np.bincount(self.design.position)
-        return self.start_deg + self.design.position_deg + np.bincount(self.design.position, wrapped_deg(off)) / count
+        return self.start_deg + self.design.position_deg + np.bincount(self.design.position, wrapped(off)) / count
 
     @property
     def spread_arcsec(self) -> float:
         """How far readings that count as one position lie from their mean, at most."""
-        off = wrapped_deg(self.position_deg - self.angle_deg[self.design.position])
+        off = wrapped(self.position_deg - self.angle_deg[self.design.position])
         return float(3600.0 * np.abs(off).max())
 
     @property
@@ -129,11 +130,6 @@ def read_settings(run: RunFile, faces: int) -> tuple[np.ndarray, np.ndarray, np.
     return setting, face, round_
 
 
-def wrapped_deg(angle_deg) -> np.ndarray:
-    """The same direction in -180 .. 180 deg."""
-    return angle_deg - 360.0 * np.rint(np.asarray(angle_deg) / 360.0)
-
-
 def stated_step_deg(run: RunFile) -> float:
     """Turn from one setting to the next. Raises `InputError` when the metadata do not state it."""
     value = stated_number(run, "setting_step_deg")
@@ -186,7 +182,7 @@ def _closing_readings(
                 "a second round needs a column round, a closing reading a position one turn further on"
             )
             raise run.error(problem, reading=index, column=FACE)
-        off = 3600.0 * float(wrapped_deg(turned))
+        off = 3600.0 * float(wrapped(turned))
         closing[place[:2]] = off + sign * float(run[X][index] - run[X][before])
     return np.array(kept), closing
 

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arcref.angle import wrapped
 from arcref.calibration.polygon_run import PolygonRun
 from arcref.calibration.tower_tilt import TowerTilt, fit_tilt
 
 
 def deviation_arcsec(position_deg, nominal_deg) -> np.ndarray:
     """How far positions lie from nominal angles, whole turns left out."""
-    difference = np.asarray(position_deg) - nominal_deg
-    return (difference - 360.0 * np.rint(difference / 360.0)) * 3600.0
+    return wrapped(np.asarray(position_deg) - nominal_deg) * 3600.0
 
 
 def unreferenced_errors(position_deg, nominal_deg, face_deviation_arcsec, x_arcsec, sign) -> np.ndarray:

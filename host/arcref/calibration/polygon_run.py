@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arcref.angle import counts_to_deg
+from arcref.angle import counts_to_deg, wrapped
 from arcref.calibration.metadata_key import POLYGON
 from arcref.calibration.metadata_keys import known_keys
+from arcref.calibration.polygon_arrangement import arrange_series
 from arcref.calibration.polygon_metadata import autocollimator_sign, stated_faces
-from arcref.calibration.polygon_series import BACKWARD, FORWARD, PolygonSeries, arrange_series
+from arcref.calibration.polygon_series import BACKWARD, FORWARD, PolygonSeries
 from arcref.calibration.stated_values import stated_number, stated_plus_or_minus_one
 from arcref.input_error import InputError
 from arcref.run_file import RunFile, read_run_file
@@ -186,8 +187,7 @@ def _refuse_absurd(run: RunFile, faces: int) -> None:
 def _refuse_face_angles(run: RunFile, faces: int) -> None:
     """A certificate's face angles in degrees, put where their deviations belong."""
     values = run[DEVIATION]
-    off = values - 360.0 / faces * np.rint(values * faces / 360.0)
-    if np.ptp(values) > 180.0 and np.all(np.abs(off) < 0.1):
+    if np.ptp(values) > 180.0 and np.all(np.abs(wrapped(values, 360.0 / faces)) < 0.1):
         index = int(np.argmax(np.abs(values) > 1.0))
         problem = f"{values[index]:g} looks like a face's angle in degrees, its deviation from nominal was expected"
         raise run.error(problem, reading=index, column=DEVIATION)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from arcref.angle import COUNTS_PER_TURN
+from arcref.angle import COUNTS_PER_TURN, wrapped
 from arcref.flags import FAULT_FLAGS, Flag, describe_faults
 from arcref.input_error import InputError
 from arcref.instrument.recorded_captures import UNCERTAINTY_KEY, RecordedCaptures, read_capture_file
@@ -81,7 +81,7 @@ def read_pairs(capture_path: Path, readings_path: Path) -> PairedReadings:
     return PairedReadings(
         angle_deg,
         speed_rps,
-        _wrapped_deg(reading_deg - angle_deg) * 3600.0,
+        wrapped(reading_deg - angle_deg) * 3600.0,
         provenance,
         _expanded_arcsec(recorded),
         float(np.min(np.diff(captures["time_s"]) / np.diff(strobe))),
@@ -97,7 +97,7 @@ def join_pairs(runs: list[PairedReadings]) -> PairedReadings:
     return PairedReadings(
         np.concatenate([run.angle_deg for run in runs]),
         np.concatenate([run.speed_rps for run in runs]),
-        _wrapped_deg(difference_deg - zero_deg) * 3600.0,
+        wrapped(difference_deg - zero_deg) * 3600.0,
         {"runs": [run.provenance for run in runs], "zero_deg": zero_deg},
         None if None in stated else max(stated),
         min(run.strobe_spacing_s for run in runs),
@@ -175,11 +175,6 @@ def _check_sense(run, in_readings, angle_deg: np.ndarray, reading_deg: np.ndarra
         raise run.error(problem, reading=int(in_readings[0]), column="reading_deg")
 
 
-def _wrapped_deg(difference_deg: np.ndarray) -> np.ndarray:
-    """The same angles in -180..180."""
-    return np.mod(difference_deg + 180.0, 360.0) - 180.0
-
-
 def _mean_deg(difference_deg: np.ndarray) -> float:
     """Mean direction of angles."""
     return float(np.degrees(np.angle(np.mean(np.exp(1j * np.radians(difference_deg))))))
@@ -187,7 +182,7 @@ def _mean_deg(difference_deg: np.ndarray) -> float:
 
 def _about_mean_deg(difference_deg: np.ndarray) -> np.ndarray:
     """Angles about their mean direction, -180..180."""
-    return _wrapped_deg(difference_deg - _mean_deg(difference_deg))
+    return wrapped(difference_deg - _mean_deg(difference_deg))
 
 
 def _expanded_arcsec(recorded: RecordedCaptures) -> float | None:
