@@ -56,7 +56,8 @@ def wrapped(values, period=360.0):
     >>> float(wrapped(359.0))
     -1.0
     """
-    return values - period * np.rint(np.divide(values, period))
+    rest = np.fmod(values, period)  # exact, however large the values
+    return rest - period * np.rint(rest / period)
 
 
 def split_position(position):
