@@ -1,11 +1,9 @@
 """The twin: the whole instrument in simulation behind a pseudo-terminal."""
 
-import os
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,8 +16,10 @@ from arcref_sim.core_log import SPI_FRAME
 from arcref_sim.graduation import GraduationError
 from arcref_sim.spi_plan import SpiPlan
 from arcref_sim.square_waves import SquareWaves
+from arcref_sim.twin.calls import Calls, TwinStopped
 from arcref_sim.twin.live_encoder import LiveEncoder
 from arcref_sim.twin.live_motion import LiveMotion
+from arcref_sim.twin.pace import Pace
 from arcref_sim.twin.pseudo_terminal import PseudoTerminal
 from arcref_sim.twin.twin_core import SENT_AHEAD_BYTES, CompiledTwin, TwinCore
 from arcref_sim.twin.twin_instrument import TwinInstrument
@@ -30,9 +30,6 @@ APPROACH_COUNTS = 5000
 
 WORDS_PER_RUN = 1 << 13
 """Words between two looks at the port: 41 us of the instrument's time at 200 MHz."""
-
-FACTOR_WINDOW_S = 2.0
-"""The speed that is told is that of so many seconds past."""
 
 STROBES_KEPT = 1 << 18
 
@@ -57,10 +54,6 @@ class TwinStatus:
     bytes_from_host: int
     bytes_to_host: int
     dropped_bytes: int
-
-
-class TwinStopped(RuntimeError):
-    """The twin has ended, and why."""
 
 
 class Twin:
@@ -109,16 +102,15 @@ class Twin:
         """Samples at which the strobe pin rose."""
         self._compare: list[np.ndarray] = []
         self._frames: list[np.ndarray] = []
-        self._realtime, self._sleep_after_s, self.change_bytes = realtime, sleep_after_s, change_bytes
+        self._sleep_after_s, self.change_bytes = sleep_after_s, change_bytes
+        self._pace = Pace(realtime)
+        self._calls = Calls()
         self._link = link
-        self._calls: deque[tuple[Callable, Future]] = deque()
-        self._woken, self._wake = os.pipe()
         self._thread = threading.Thread(target=self._live, name="twin", daemon=True)
         self._ending = False
         self._failure: BaseException | None = None
         self._sent = self._received = 0
         self._sleeping = False
-        self._history: deque[tuple[float, float]] = deque()
 
     def __enter__(self) -> "Twin":
         self._terminal = PseudoTerminal(self._link)
@@ -128,11 +120,10 @@ class Twin:
 
     def __exit__(self, *exception) -> None:
         self._ending = True
-        self._rouse()
+        self._calls.rouse()
         self._thread.join()
         self._terminal.close()
-        os.close(self._woken)
-        os.close(self._wake)
+        self._calls.close()
         if self._failure and exception[0] is None:
             raise TwinStopped(f"the twin has failed: {self._failure}") from self._failure
 
@@ -145,9 +136,7 @@ class Twin:
         """Carry out `function` between two pieces, where the instrument stands still, and give what it returns or
         raises. Raises `TwinStopped` when the twin has ended.
         """
-        future: Future = Future()
-        self._calls.append((lambda: function(*arguments, **options), future))
-        self._rouse()
+        future = self._calls.put(lambda: function(*arguments, **options))
         while True:
             try:
                 return future.result(0.2)
@@ -192,7 +181,7 @@ class Twin:
         core, encoder = self.core, self.encoder
         return TwinStatus(
             time_s=encoder.time_s,
-            slowdown=self._slowdown(),
+            slowdown=self._pace.slowdown,
             sleeping=self._sleeping,
             speed_rps=encoder.speed_rps,
             true_counts=float(encoder.true_counts_at(encoder.sample)),
@@ -207,30 +196,21 @@ class Twin:
             dropped_bytes=self._terminal.dropped_bytes,
         )
 
-    def _slowdown(self) -> float:
-        if len(self._history) < 2:
-            return float("nan")
-        (first, first_s), (last, last_s) = self._history[0], self._history[-1]
-        return (last - first) / (last_s - first_s) if last_s > first_s else float("nan")
-
-    def _rouse(self) -> None:
-        os.write(self._wake, b"\0")
-
     def _live(self) -> None:
         try:
             self._run()
         except Exception as error:
             self._failure = error
         finally:
-            while self._calls:
-                self._calls.popleft()[1].set_exception(TwinStopped("the twin has ended"))
+            self._calls.refuse()
 
     def _run(self) -> None:
         pending = b""
-        begun_s, begun_time_s = time.monotonic(), self.encoder.time_s
-        active_s = begun_s
+        self._pace.restart(self.encoder.time_s)
+        active_s = time.monotonic()
         while not self._ending:
-            called = self._carry_out_calls()
+            called = self._calls.carry_out()
+            self._sleeping = False
             came = self._terminal.read() if len(pending) < SENT_AHEAD_BYTES else b""
             self._sent += len(came)
             pending += self.change_bytes(came) if came else b""
@@ -246,45 +226,22 @@ class Twin:
                 self._received += len(log.received)
                 self._terminal.write(self.change_bytes(log.received))
 
-            now = time.monotonic()
             if came or called or pending or log.received or self.core.busy:
-                active_s = now
-            self._history.append((now, self.encoder.time_s))
-            while self._history[0][0] < now - FACTOR_WINDOW_S and len(self._history) > 2:
-                self._history.popleft()
-            if self._realtime:
-                ahead_s = (self.encoder.time_s - begun_time_s) - (now - begun_s)
-                if ahead_s > 0:
-                    time.sleep(ahead_s)
-                elif ahead_s < -1.0:  # it is behind, and does not catch up
-                    begun_s, begun_time_s = now, self.encoder.time_s
-            if self._sleep_after_s is not None and now - active_s > self._sleep_after_s:
-                self._sleep()
                 active_s = time.monotonic()
-                begun_s, begun_time_s = active_s, self.encoder.time_s
+            self._pace.keep(self.encoder.time_s)
+            if self._sleep_after_s is not None and time.monotonic() - active_s > self._sleep_after_s:
+                self._sleep()
+                self._pace.restart(self.encoder.time_s)
+                active_s = time.monotonic()
 
     def _sleep(self) -> None:
         """Until a byte comes, or a call."""
         self._sleeping = True
         while not self._ending and not self._calls:
             before = time.monotonic()
-            self._terminal.wait(1.0, self._woken)
+            self._terminal.wait(1.0, self._calls.woken)
             if time.monotonic() - before < 1.0:
                 break
-        self._history.clear()
-
-    def _carry_out_calls(self) -> bool:
-        carried = False
-        while self._calls:
-            function, future = self._calls.popleft()
-            os.read(self._woken, 1)
-            carried = True
-            try:
-                future.set_result(function())
-            except Exception as error:
-                future.set_exception(error)
-        self._sleeping = False
-        return carried
 
 
 def _signed_48(value: int) -> int:

@@ -47,7 +47,7 @@ def test_random_bytes_change_nothing_and_the_next_packet_is_obeyed(make_twin):
     with make_twin() as twin, Encoder(twin.port) as encoder:
         writable = [r.name for r in REGISTERS.registers if r.access.name == "WRITE"]
         before = {name: encoder.registers.read(name) for name in writable}
-        link_of_host, requests = encoder._link, []
+        link_of_host, requests = encoder.registers._link, []
         send = link_of_host._send
         obeyed = encoder.registers.link_state
         link_of_host._send = lambda wire, what: (requests.append(what), send(wire, what))
@@ -65,7 +65,7 @@ def test_packets_cut_short_or_doubled_cost_only_themselves(make_twin):
     rng = standard_random.Random(9)
     with make_twin() as twin, Encoder(twin.port) as encoder:
         address = REGISTERS["strobe_delay"].address.to_bytes(2, "little")
-        port = encoder._link._port
+        port = encoder.registers._link._port
         for number in range(60):
             wire = Packet(Kind.WRITE, 200 + number % 50, address + bytes([number, 1])).encode()
             cut = rng.randrange(1, len(wire) - 1)
