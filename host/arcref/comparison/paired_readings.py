@@ -15,6 +15,9 @@ FEWEST_PAIRS = 20
 
 MOST_STROBES = 10**12
 
+LARGEST_READING_DEG = 360e6
+"""A million turns; far beyond them a number no longer tells the angle within a turn."""
+
 LARGEST_DIFFERENCE_DEG = 5.0
 """Readings that differ by more, after their mean difference, are of other strobes or of another scale."""
 
@@ -62,6 +65,7 @@ def read_pairs(capture_path: Path, readings_path: Path) -> PairedReadings:
     speed_rps = np.gradient(captures["raw_position_counts"] / COUNTS_PER_TURN, captures["time_s"])[in_captures]
     angle_deg = captures["angle_deg"][in_captures]
     reading_deg = run["reading_deg"][in_readings]
+    _refuse_absurd(run)
     _check_sense(run, in_readings, angle_deg, reading_deg)
     scatter_deg = _about_mean_deg(reading_deg - angle_deg)
     worst = int(np.argmax(np.abs(scatter_deg)))
@@ -165,6 +169,14 @@ def _whole(run, column: str) -> np.ndarray:
         reading = int(repeated[0]) + 1
         raise run.error(f"is {values[reading]:g}, increasing numbers were expected", reading=reading, column=column)
     return values.astype(np.int64)
+
+
+def _refuse_absurd(run) -> None:
+    values = run["reading_deg"]
+    absurd = np.flatnonzero(np.abs(values) > LARGEST_READING_DEG)
+    if absurd.size:
+        problem = f"is {values[absurd[0]]:g} deg, at most {LARGEST_READING_DEG:g} deg (a million turns) were expected"
+        raise run.error(problem, reading=int(absurd[0]), column="reading_deg")
 
 
 def _check_sense(run, in_readings, angle_deg: np.ndarray, reading_deg: np.ndarray) -> None:

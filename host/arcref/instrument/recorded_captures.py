@@ -59,8 +59,9 @@ def read_capture_file(path: Path) -> RecordedCaptures:
     _check(run, "lost_before", (lost < -1) | (lost > MOST_LOST), f"-1 .. {MOST_LOST} was expected")
     _check(run, "time_s", np.diff(captures["time_s"], prepend=-np.inf) <= 0, "times that increase were expected")
     stated = captures["position_counts"] % COUNTS_PER_TURN * (360.0 / COUNTS_PER_TURN)
-    off = wrapped(captures["angle_deg"] - stated)
-    _check(run, "angle_deg", np.abs(off) > ANGLE_TOLERANCE_DEG, "it is not the angle of its position_counts")
+    angle = captures["angle_deg"]
+    is_off = (np.abs(wrapped(angle - stated)) > ANGLE_TOLERANCE_DEG) | (np.abs(angle) > 360.0)
+    _check(run, "angle_deg", is_off, "it is not the angle of its position_counts")
     correction = captures["position_counts"] - captures["raw_position_counts"]
     _check(run, "raw_position_counts", np.abs(correction) > LARGEST_CORRECTION, "it is too far from position_counts")
     try:
