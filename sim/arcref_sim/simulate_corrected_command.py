@@ -13,11 +13,11 @@ from arcref.atomic_file import write_files
 from arcref.input_error import InputError
 from arcref.output_files import check_outputs
 from arcref.rom_image import load_rom
+from arcref_sim.core_options import build_folder_option
 from arcref_sim.corrected_angle import CorrectedAngle, corrected_angle, run_core
 from arcref_sim.corrected_angle_plot import corrected_angle_plot
 from arcref_sim.metrology.quantity_option import Quantity
 from arcref_sim.optics.optics_options import OPTION_NAMES, optical_encoder, optics_options
-from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER
 
 FILE = click.Path(path_type=Path)
 
@@ -31,7 +31,7 @@ MOST_ROMS = 3
 @click.option("--speed", type=Quantity("r/s", 1, 60), default=20.0, show_default=True, metavar="RPS")
 @click.option("--plot", type=FILE, metavar="FILE.svg", help="Plot the errors over the turn and within the line.")
 @click.option("--json", "json_path", type=FILE, metavar="FILE.json", help="Write the figures and curves.")
-@click.option("--build-folder", type=FILE, default=DEFAULT_BUILD_FOLDER, show_default=True, metavar="FOLDER")
+@build_folder_option
 def corrected(roms, seed, speed, plot, json_path, build_folder, **options):
     """Turn an encoder of known optics before the Verilated core, and show what each ROM leaves of its error.
 

@@ -17,8 +17,7 @@ from arcref.subdivision_at_faces import without_subdivision
 from arcref.subdivision_curve import SubdivisionCurve
 from arcref.zero_return.outputs import print_result, write_outputs
 from arcref.zero_return.result import ZeroReturnResult
-from arcref_gateware.quadrature import SAMPLES_PER_WORD
-from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER
+from arcref_sim.core_options import build_folder_option, samples_option
 from arcref_sim.zero_return import run_zero_return
 
 FILE = click.Path(path_type=Path)
@@ -32,13 +31,7 @@ SLOWEST_RPS, FASTEST_RPS = 0.1, 500.0
 @click.command("zero-return")
 @click.option("--speed", type=float, default=10.0, show_default=True, metavar="RPS", help="Turns a second.")
 @click.option("--revolutions", type=click.IntRange(0, 1000), default=10, show_default=True, help="Full turns each way.")
-@click.option(
-    "--samples",
-    type=click.Choice([str(samples) for samples in SAMPLES_PER_WORD]),
-    default="4",
-    show_default=True,
-    help="Samples a word; the word clock is 200 MHz.",
-)
+@samples_option
 @click.option("--rom", "rom_path", type=FILE, required=True, metavar="X.rom.json", help="ROM image of the correction.")
 @click.option(
     "--curve",
@@ -55,14 +48,7 @@ SLOWEST_RPS, FASTEST_RPS = 0.1, 500.0
 )
 @click.option("--json", "json_path", type=FILE, metavar="FILE", help="Write the result as JSON, too.")
 @click.option("--page", type=FILE, metavar="FILE.html", help="Write the page with the plots.")
-@click.option(
-    "--build-folder",
-    type=FILE,
-    default=DEFAULT_BUILD_FOLDER,
-    show_default=True,
-    metavar="FOLDER",
-    help="Where compiled cores are kept.",
-)
+@build_folder_option
 def zero_return(speed, revolutions, samples, rom_path, curve, subdivision, json_path, page, build_folder):
     """Turn forward and back, and hold every count against the truth.
 

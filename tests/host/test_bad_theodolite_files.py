@@ -1,6 +1,7 @@
 """Theodolite files that cannot be used, through the command: one line on stderr, exit status 2, no file written."""
 
 import pytest
+from refused_runs import refusal
 from theodolite_files import COLUMNS, STATED, theodolite_rows, theodolite_text
 
 ROWS = theodolite_rows()
@@ -129,18 +130,11 @@ PARTS = {
 @pytest.mark.parametrize("name", BAD)
 def test_one_line_and_no_file(tmp_path, arcref, name):
     content, expected = BAD[name]
-    path = tmp_path / "run.csv"
-    path.write_text(content)
-    outputs = ("-o", tmp_path / "cal.json", "--json", tmp_path / "x.json", "--report", tmp_path / "x.html")
-    result = arcref("calibrate", "theodolite", path, *outputs)
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr.count("\n") == 1
-    assert result.stderr.startswith(f"arcref: {path}")
+    line = refusal(arcref, "theodolite", tmp_path, content)
     if expected is None:
-        assert PARTS[name] in result.stderr
+        assert PARTS[name] in line
     else:
-        assert result.stderr == f"arcref: {path}{expected}\n"
-    assert [file.name for file in tmp_path.iterdir()] == ["run.csv"]
+        assert line == expected
 
 
 def test_the_good_run_is_good(tmp_path, arcref):

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import click
 
+from arcref.input_error import InputError
 from arcref_sim.metrology.encoder_options import ANGLE_DEG, ARCSEC, SIGNED_ARCSEC
 from arcref_sim.metrology.quantity_option import Quantity
 
@@ -38,6 +39,12 @@ sign_option = click.option(
 missing_option = click.option(
     "--missing", type=Quantity("", 0, 1000000, whole=True), default=0, metavar="N", help="Readings left out."
 )
+
+
+def check_missing(missing: int, readings: int) -> None:
+    """Raises `InputError` when more than half of the readings are to be left out."""
+    if missing > readings // 2:
+        raise InputError(f"--missing is {missing}, at most half of the {readings} readings may be left out")
 
 
 def rounds_option(most: int, default: int, help: str) -> Decorator:

@@ -27,9 +27,14 @@ def check_run_outputs(output: Path, truth: Path | None, inputs: list[Path | None
     check_outputs([output, truth_path(output, truth)], [path for path in inputs if path])
 
 
-def source(verb: str, seed: int) -> str:
-    """What stands behind the metadata key `source`."""
-    return f"arcref simulate {verb}, version {__version__}, seed {seed}"
+def simulated_by(verb: str, run: str, seed: int) -> dict[str, str]:
+    """The metadata that begin every simulated run: its encoder, what it is, and how to make it again."""
+    return {
+        "encoder_serial": f"SIM-{seed}",
+        "encoder_model": "simulated encoder",
+        "run": run,
+        "source": f"arcref simulate {verb}, version {__version__}, seed {seed}",
+    }
 
 
 def write_run(

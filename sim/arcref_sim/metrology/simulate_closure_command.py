@@ -3,11 +3,11 @@
 import click
 import numpy as np
 
-from arcref.input_error import InputError
 from arcref_sim.metrology.encoder_options import ARCSEC, encoder_options, known_encoder, random_stream
 from arcref_sim.metrology.polygon_artefact import PolygonArtefact
 from arcref_sim.metrology.quantity_option import Quantity, WholeNumbers
 from arcref_sim.metrology.run_options import (
+    check_missing,
     drift_option,
     face_deviation_option,
     faces_option,
@@ -18,7 +18,7 @@ from arcref_sim.metrology.run_options import (
     sign_option,
     start_option,
 )
-from arcref_sim.metrology.run_output import check_run_outputs, source, write_run
+from arcref_sim.metrology.run_output import check_run_outputs, simulated_by, write_run
 from arcref_sim.metrology.simulated_closure import ClosureConditions, simulate_closure
 from arcref_sim.metrology.simulated_polygon import Autocollimator
 
@@ -71,8 +71,7 @@ def closure(output, truth, seed, **options):
     faces, missing = options["faces"], options["missing"]
     settings = options["settings"] or tuple(range(1, faces + 1))
     readings_whole = faces * len(settings) * options["rounds"]
-    if missing > readings_whole // 2:
-        raise InputError(f"--missing is {missing}, at most half of the {readings_whole} readings may be left out")
+    check_missing(missing, readings_whole)
     encoder = known_encoder(seed, options)
     polygon = PolygonArtefact.random(random_stream(seed, 1), faces, deviation_arcsec=options["face_deviation"])
     autocollimator = Autocollimator(options["noise"], None, sign=int(options["sign"]))
@@ -88,11 +87,7 @@ def closure(output, truth, seed, **options):
         rounds=options["rounds"],
     )
     readings = simulate_closure(encoder, polygon, autocollimator, conditions, random_stream(seed, 2))
-    metadata = {
-        "encoder_serial": f"SIM-{seed}",
-        "encoder_model": "simulated encoder",
-        "run": "simulated closure run",
-        "source": source("closure", seed),
+    metadata = simulated_by("closure", "simulated closure run", seed) | {
         "faces": faces,
         "setting_step_deg": f"{conditions.setting_step_deg:.10g}",
         "autocollimator_sign": options["sign"],

@@ -9,6 +9,7 @@ from arcref_sim.metrology.operator_mistakes import MISTAKES
 from arcref_sim.metrology.polygon_artefact import PolygonArtefact
 from arcref_sim.metrology.quantity_option import Quantity
 from arcref_sim.metrology.run_options import (
+    check_missing,
     drift_option,
     face_deviation_option,
     faces_option,
@@ -19,7 +20,7 @@ from arcref_sim.metrology.run_options import (
     sign_option,
     start_option,
 )
-from arcref_sim.metrology.run_output import check_run_outputs, source, write_run
+from arcref_sim.metrology.run_output import check_run_outputs, simulated_by, write_run
 from arcref_sim.metrology.simulated_polygon import (
     Autocollimator,
     PolygonConditions,
@@ -86,8 +87,7 @@ def polygon(output, truth, seed, **options):
     check_run_outputs(output, truth, [options["curve"]])
     faces, rounds, missing = options["faces"], options["rounds"], options["missing"]
     inner_readings = (faces - 1) * rounds * (2 if options["backward"] else 1)
-    if missing > inner_readings // 2:
-        raise InputError(f"--missing is {missing}, at most half of the {inner_readings} readings may be left out")
+    check_missing(missing, inner_readings)
     if options["mistake"] and faces < FEWEST_FACES_OF_A_MISTAKE:
         raise InputError(f"--faces is {faces}, at least {FEWEST_FACES_OF_A_MISTAKE} were expected for a mistake")
     if options["no_certificate"] and (options["mistake"] or "").startswith("certificate"):
@@ -150,11 +150,7 @@ def _set_up(seed: int, options: dict) -> tuple[PolygonArtefact, Autocollimator, 
 def _metadata(seed: int, options: dict, encoder) -> dict[str, object]:
     """What an operator would state: settings of the run, and the uncertainties of the instruments."""
     roll = options["roll"] if options["stated_roll"] is None else options["stated_roll"]
-    metadata = {
-        "encoder_serial": f"SIM-{seed}",
-        "encoder_model": "simulated encoder",
-        "run": "simulated polygon run",
-        "source": source("polygon", seed),
+    metadata = simulated_by("polygon", "simulated polygon run", seed) | {
         "faces": options["faces"],
         "autocollimator_sign": options["sign"],
         "autocollimator_roll_arcmin": roll if roll or options["tilt"] else None,

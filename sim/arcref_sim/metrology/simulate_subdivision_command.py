@@ -8,7 +8,7 @@ from arcref.input_error import InputError
 from arcref_sim.metrology.encoder_options import ANGLE_DEG, ARCSEC, FILE, SIGNED_ARCSEC, random_stream
 from arcref_sim.metrology.polygon_artefact import PolygonArtefact
 from arcref_sim.metrology.quantity_option import NumberParts, Quantity
-from arcref_sim.metrology.run_output import check_run_outputs, source, write_run
+from arcref_sim.metrology.run_output import check_run_outputs, simulated_by, write_run
 from arcref_sim.metrology.simulated_polygon import Autocollimator, PolygonConditions, simulate_polygon
 from arcref_sim.metrology.simulated_subdivision import (
     EvenMotion,
@@ -82,12 +82,7 @@ def subdivision(output, truth, kind, seed, noise_seed, **options):
         raise InputError(f"--speed is {options['speed']:g} r/s, at least 0.001 r/s either way was expected")
     encoder = optical_encoder(seed, **{name: options[name] for name in OPTION_NAMES})
     rng = random_stream(seed if noise_seed is None else noise_seed, 21 + RUNS.index(kind))
-    metadata = {
-        "encoder_serial": f"SIM-{seed}",
-        "encoder_model": "simulated encoder",
-        "run": f"simulated run: {kind}",
-        "source": source("subdivision", seed),
-    }
+    metadata = simulated_by("subdivision", f"simulated run: {kind}", seed)
     try:
         columns, more = _RUNS[kind](encoder, rng, options)
         known = {"encoder": optics_truth(encoder), "run": kind}

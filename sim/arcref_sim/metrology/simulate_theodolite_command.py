@@ -7,6 +7,7 @@ from arcref.input_error import InputError
 from arcref_sim.metrology.encoder_options import ANGLE_DEG, SIGNED_ARCSEC, encoder_options, known_encoder, random_stream
 from arcref_sim.metrology.quantity_option import Quantity
 from arcref_sim.metrology.run_options import (
+    check_missing,
     drift_option,
     missing_option,
     noise_option,
@@ -14,7 +15,7 @@ from arcref_sim.metrology.run_options import (
     setting_scatter_option,
     start_option,
 )
-from arcref_sim.metrology.run_output import check_run_outputs, source, write_run
+from arcref_sim.metrology.run_output import check_run_outputs, simulated_by, write_run
 from arcref_sim.metrology.simulated_theodolite import TheodoliteConditions, simulate_theodolite
 
 LARGEST_RUN = 100_000
@@ -93,11 +94,7 @@ def theodolite(output, truth, seed, **options):
     _check_arc(conditions)
     encoder = known_encoder(seed, options)
     readings = simulate_theodolite(encoder, conditions, random_stream(seed, 2))
-    metadata = {
-        "encoder_serial": f"SIM-{seed}",
-        "encoder_model": "simulated encoder",
-        "run": "simulated theodolite run",
-        "source": source("theodolite", seed),
+    metadata = simulated_by("theodolite", "simulated theodolite run", seed) | {
         "datum_deg": options["start"],
         "u_azimuth_arcsec": options["noise_azimuth"],
         "u_zenith_arcsec": options["noise_zenith"],
@@ -129,5 +126,4 @@ def _check_arc(conditions: TheodoliteConditions) -> None:
         raise InputError(
             f"--step {conditions.step_deg:g} makes {readings} readings, at most {LARGEST_RUN} were expected"
         )
-    if conditions.missing > readings // 2:
-        raise InputError(f"--missing is {conditions.missing}, at most half of the {readings} readings may be left out")
+    check_missing(conditions.missing, readings)

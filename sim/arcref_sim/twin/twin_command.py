@@ -19,13 +19,12 @@ from arcref.rom_image import load_rom
 from arcref.rom_provenance import fit_from_provenance
 from arcref_gateware.connected_encoder import DEFAULT_WORD_CLOCK_HZ
 from arcref_gateware.link.baud_rate import baud_divisor
-from arcref_gateware.quadrature import SAMPLES_PER_WORD
+from arcref_sim.core_options import build_folder_option, samples_option
 from arcref_sim.graduation import GraduationError
 from arcref_sim.square_waves import SquareWaves
 from arcref_sim.twin.noisy_wire import noisy_wire
 from arcref_sim.twin.twin import Twin
 from arcref_sim.twin.twin_prompt import FASTEST_RPS, Quit, describe_slowdown, obey
-from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER
 
 FILE = click.Path(path_type=Path)
 DEFAULT_ROM = Path("build/arcref.rom.json")
@@ -51,27 +50,14 @@ LONGEST_DELAY_NS = 1e6
     "--noise", "noise", type=float, default=0.0, metavar="PART", help="Of the wire's bytes, spoilt either way."
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Of jitter, random strobes and noise.")
-@click.option(
-    "--samples",
-    type=click.Choice([str(samples) for samples in SAMPLES_PER_WORD]),
-    default="4",
-    show_default=True,
-    help="Samples a word; the word clock is 200 MHz.",
-)
+@samples_option
 @click.option("--baud", type=click.IntRange(min=1), default=DEFAULT_BAUD, show_default=True, help="Of the UART's pins.")
 @click.option("--generator", is_flag=True, help="With the on-board test generator: `arcref zero-return --generator`.")
 @click.option("--link", type=FILE, default=DEFAULT_LINK, show_default=True, help="Symbolic link made to the port.")
 @click.option("--seconds", type=float, metavar="S", help="End by itself after so long.")
 @click.option("--realtime", is_flag=True, help="Never run faster than real time.")
 @click.option("--sleep", "sleep_s", type=float, metavar="S", help="Stand still when the port was silent so long.")
-@click.option(
-    "--build-folder",
-    type=FILE,
-    default=DEFAULT_BUILD_FOLDER,
-    show_default=True,
-    metavar="FOLDER",
-    help="Where compiled cores are kept.",
-)
+@build_folder_option
 def twin(
     rom_path, curve, speed, strobe_hz, random_strobes, jitter_ns, delay_ns, faults, noise, seed, samples, baud,
     generator, link, seconds, realtime, sleep_s, build_folder,
