@@ -138,7 +138,7 @@ REGISTERS = RegisterMap(
         ),
         Register("index_count", 0x0026, 16, Access.READ, "Indices since reset, modulo 65536."),
         Register("shortest_edge_spacing", 0x0027, 12, Access.READ, "Shortest spacing of two edges.", "sample periods"),
-        Register("packets_refused", 0x0028, 16, Access.READ, "Packets that came broken over the UART, modulo 65536."),
+        Register("packets_refused", 0x0028, 16, Access.READ, "Packets that were refused: they came broken over the UART, or as a third on its way. Modulo 65536."),
         Register("link_state", 0x0029, 16, Access.READ, "Requests that were obeyed over the UART, modulo 65536."),
         Register("illegal_steps", 0x002A, 16, Access.READ, "Samples in which A and B both changed; stays at 65535."),
         *_fault_log(),
