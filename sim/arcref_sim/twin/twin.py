@@ -25,8 +25,8 @@ from arcref_sim.twin.twin_core import SENT_AHEAD_BYTES, CompiledTwin, TwinCore
 from arcref_sim.twin.twin_instrument import TwinInstrument
 from arcref_sim.verilator_build import DEFAULT_BUILD_FOLDER
 
-APPROACH_COUNTS = 5000
-"""How far before the zero mark the shaft starts."""
+APPROACH_COUNTS = 5002
+"""How far before the zero mark the shaft starts: where A and B are low, as the lines are before the first sample."""
 
 WORDS_PER_RUN = 1 << 13
 """Words between two looks at the port: 41 us of the instrument's time at 200 MHz."""
@@ -60,8 +60,8 @@ class Twin:
     """An instrument that runs from `with` to its end, in a thread of its own. `port` is its serial port.
 
     `rom`: the correction in it. `graduation`: the encoder's own error, none unless given. `speed_rps`: at which the
-    shaft turns from the start, towards its zero mark from 5000 counts away. `realtime`: never faster than real time.
-    `has_test_generator`: build it with the on-board test generator.
+    shaft turns from the start, towards its zero mark from `APPROACH_COUNTS` away. `realtime`: never faster than real
+    time. `has_test_generator`: build it with the on-board test generator.
     `sleep_after_s`: the instrument's time stands still when its port was silent so long, until a byte or a call comes.
     `change_bytes`: changes what the host sends, and what it is sent, as a bad cable would. `link`: see
     `PseudoTerminal`. `compiled`: the instrument with this ROM, when it was compiled before; it brings its own word

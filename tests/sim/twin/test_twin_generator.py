@@ -7,6 +7,7 @@ import pytest
 
 from arcref import Encoder
 from arcref.angle import COUNTS_PER_TURN
+from arcref.flags import FAULT_FLAGS
 from arcref_sim.twin.twin import Twin
 from arcref_sim.twin.twin_core import CompiledTwin
 from arcref_sim.twin.twin_instrument import TwinInstrument
@@ -25,6 +26,13 @@ def compiled(rom):
 def twin(rom, compiled):
     with Twin(rom, compiled=compiled) as instrument:
         yield instrument
+
+
+@pytest.mark.parametrize("speed_rps", [0.0, 10.0, -10.0])
+def test_no_fault_stands_before_anything_happened(rom, compiled, speed_rps):
+    with Twin(rom, compiled=compiled, speed_rps=speed_rps) as instrument, Encoder(instrument.port) as encoder:
+        assert not encoder.flags & FAULT_FLAGS
+        assert encoder.registers.illegal_steps == 0
 
 
 def test_a_turn_forward_and_back_with_nothing_wired(twin):
