@@ -27,9 +27,13 @@ class InputFile:
 
     def text(self) -> str:
         """The content as UTF-8 text; a byte order mark is dropped. Raises `InputError` when it is not UTF-8."""
-        if self.content.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in self.content[:200]:
+        head = self.content[:200]
+        # Of plain text in UTF-16 every other byte is zero; a stray zero or two are of something else.
+        if head.startswith((b"\xff\xfe", b"\xfe\xff")) or head.count(0) > len(head) // 4:
             problem = "UTF-16 text, as Excel's 'Unicode Text' is; UTF-8 was expected, which Excel calls 'CSV UTF-8'"
             raise InputError.at(self.path, problem)
+        if 0 in head:
+            raise InputError.at(self.path, "no text: bytes of zero stand in it; UTF-8 text was expected")
         try:
             return self.content.decode("utf-8-sig")
         except UnicodeDecodeError as error:

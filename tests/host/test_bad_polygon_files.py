@@ -19,6 +19,10 @@ BAD = {
         "# operator: Müller\n".encode("latin-1") + (HEADER + FACES).encode(),
         ", row 1: not UTF-8 text: byte 0xFC at offset 13",
     ),
+    "a byte of zero": (
+        HEADER + "0,0\0\n90,1\n180,2\n270,1\n",
+        ": no text: bytes of zero stand in it; UTF-8 text was expected",
+    ),
     "UTF-16": (
         (HEADER + FACES).encode("utf-16"),
         ": UTF-16 text, as Excel's 'Unicode Text' is; UTF-8 was expected, which Excel calls 'CSV UTF-8'",

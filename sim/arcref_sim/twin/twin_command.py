@@ -49,7 +49,7 @@ LONGEST_DELAY_NS = 1e6
 @click.option(
     "--noise", "noise", type=float, default=0.0, metavar="PART", help="Of the wire's bytes, spoilt either way."
 )
-@click.option("--seed", type=int, default=0, show_default=True, help="Of jitter, random strobes and noise.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of jitter, strobes and noise.")
 @samples_option
 @click.option("--baud", type=click.IntRange(min=1), default=DEFAULT_BAUD, show_default=True, help="Of the UART's pins.")
 @click.option("--generator", is_flag=True, help="With the on-board test generator: `arcref zero-return --generator`.")

@@ -119,6 +119,7 @@ def test_it_ends_on_ctrl_c_and_on_kill_and_takes_its_port_away(twin_process, num
         (["--jitter", "-1"], "--jitter is -1, it must lie in 0 .. 1000"),
         (["--baud", "90000000"], "--baud: 9e+07 baud needs a clock of 720 MHz"),
         (["--fault", "sneeze"], "fault NAME [N] expected"),
+        (["--seed", "-1"], "-1 is not in the range x>=0"),
     ],
 )
 def test_bad_use_is_told_in_a_sentence(rom, tmp_path, options, sentence):
