@@ -65,8 +65,10 @@ def _plot_angle(axes, result: DynamicError) -> None:
 
 def _plot_delay(axes, result: DynamicError) -> None:
     speed = np.array([group.speed_rps for group in result.groups])
-    mean = np.array([group.mean_arcsec for group in result.groups])
-    axes.plot(speed, mean, "o", label="mean difference of each speed")
+    # Strobes that do not cover whole turns evenly bring a part of the error of angle into their mean.
+    of_angle = [result.angle_error_arcsec(result.pairs.angle_deg[group.indices]).mean() for group in result.groups]
+    mean = np.array([group.mean_arcsec for group in result.groups]) - of_angle
+    axes.plot(speed, mean, "o", label="mean of each speed, less the error of angle")
     line = np.array([min(speed.min(), 0.0), max(speed.max(), 0.0)])
     per_rps = ARCSEC_PER_TURN * result.delay_s
     axes.plot(line, result.zero_arcsec - per_rps * line, label=f"{-per_rps:.4g} arcsec per r/s")
