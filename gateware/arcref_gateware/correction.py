@@ -146,7 +146,7 @@ class Correction(wiring.Component):
         )
         rounded = Signal(signed(CORRECTION_BITS))
         m.d.sync += [
-            low_sum.eq(sum_and_carry(line[:8], subdivision[:8])),
+            low_sum.eq(sum_and_carry(m, line[:8], subdivision[:8])),
             low_rounded.eq(low_sum[4:8] + low_sum[3]),
             high_sum.eq((Cat(Const(1, 1), high_line).as_signed() + Cat(low_sum[8], high_subdivision).as_signed()) >> 1),
             rounded.eq(Cat(low_rounded[:4], high_sum + low_rounded[4])),

@@ -6,6 +6,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from arcref_gateware.fpga_family import is_short_of_registers
+from arcref_gateware.memory_attributes import NO_COLLISION, OUTPUT_REGISTER
 from arcref_gateware.register_stages import delayed
 
 LEAST_MEMORY_CLOCKS = 3
@@ -35,13 +36,11 @@ class DelayLine(wiring.Component):
             return m
         ahead = self.clocks - LEAST_MEMORY_CLOCKS + 1
         address_bits = ahead.bit_length()
-        # It never reads where it writes, so synthesis need not care what would come of that. It heeds the attribute
-        # only where the memory's output register is a plain one behind a port without a clock.
-        attributes = {"ram_style": "block", "no_rw_check": 1}
+        attributes = {"ram_style": "block"} | NO_COLLISION
         memory = Memory(shape=len(self.value), depth=1 << address_bits, init=[], attrs=attributes)
         m.submodules.memory = memory
         write, read = memory.write_port(), memory.read_port(domain="comb")
-        word = Signal(len(self.value), reset_less=True)
+        word = Signal(len(self.value), reset_less=True, attrs=OUTPUT_REGISTER)
         # The two go round together; what one writes the other reads `ahead` clocks later.
         write_address = Signal(address_bits, init=ahead, reset_less=True)
         read_address = Signal(address_bits, reset_less=True)

@@ -122,7 +122,7 @@ class EdgeSpacing(wiring.Component):
         cross_is_shorter = Signal()
         cross_at_limit = Signal()
         m.d.sync += [
-            cross.eq(Cat(near_part[:place_bits], sum_and_carry(words_between, far_part))),
+            cross.eq(Cat(near_part[:place_bits], sum_and_carry(m, words_between, far_part))),
             cross_is_shorter.eq(cross_valid & ((inner_2 == 0) | (neighbours & (near_part <= inner_2)))),
             cross_at_limit.eq(cross_valid & neighbours & (near_part == 1)),
         ]

@@ -53,8 +53,8 @@ class IllegalSteps(wiring.Component):
         full = Signal()
         m.d.sync += [
             addend.eq(in_word),
-            low.eq(sum_and_carry(low[:half], addend)),
-            high.eq(sum_and_carry(high[:-1], Cat(low[-1], Const(0, len(high) - 2)))),
+            low.eq(sum_and_carry(m, low[:half], addend)),
+            high.eq(sum_and_carry(m, high[:-1], Cat(low[-1], Const(0, len(high) - 2)))),
             full.eq(full | high[-1]),
         ]
         stopped = (full | high[-1]).replicate(ILLEGAL_COUNT_BITS)

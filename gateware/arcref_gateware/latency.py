@@ -3,8 +3,8 @@
     clock  1, 2        quadrature: the word, its steps
            3..5        partial sums; index and strobe placed in the word; what the position advances by
            6..9        position, a segment a clock, its angle with the second one
-           8..15       correction: address, look-up, sum, rounding
-           16..19      position less the correction, a segment a clock
+           8..16       correction: address, look-up, sum, rounding
+           17..20      position less the correction, a segment a clock
 
 Closure check, edge spacing, counters and flags wait for their word and show it at the same clock.
 """

@@ -10,7 +10,7 @@ from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from arcref_gateware.link.buffer_memory import BufferMemory
+from arcref_gateware.buffer_memory import BufferMemory
 from arcref_gateware.register_stages import sum_and_carry
 
 PENDING_STROBES = 16
@@ -90,7 +90,7 @@ class PendingStrobes(wiring.Component):
             low.eq(low - 1),
             borrow.eq(low == 0),
             high.eq(high - borrow),
-            Cat(due_low, carry).eq(sum_and_carry(low, self.wait[:LOW_BITS])),
+            Cat(due_low, carry).eq(sum_and_carry(m, low, self.wait[:LOW_BITS])),
             due_high.eq(high + self.wait[LOW_BITS:] + carry),
         ]
         place, due_place = low[:GROUP_BITS], due_low[:GROUP_BITS]

@@ -51,17 +51,19 @@ def add_small_to_segment(m: Module, segment, small, *, name: str, carry_in=None,
     return sum_register, carry
 
 
-def sum_and_carry(first, second, carry_in=None):
+def sum_and_carry(m: Module, first, second, carry_in=None):
     """`first + second + carry_in` of two numbers of one width, and one bit more: the carry out.
 
-    Adding one bit to itself at the top makes the carry out the last bit of the chain. A constant there would let
-    synthesis take it from the carry itself, which costs an iCE40 two ways through its routing.
+    That bit is added to a register which is always 0, as synthesis cannot know. A constant there would let it take the
+    carry out from the carry chain itself, which costs an iCE40 two ways through its routing; a bit added to itself is
+    one net at two inputs of a cell, on which nextpnr's router has been seen to go on without end.
     """
-    top = first[-1]
+    never = Signal(reset_less=True)
+    m.d.sync += never.eq(never & first[-1])
     if carry_in is None:
-        return (Cat(first, top) + Cat(second, top))[: len(first) + 1]
+        return (Cat(first, never) + Cat(second))[: len(first) + 1]
     # One bit more at the low end makes the carry in part of the same carry chain.
-    return (Cat(Const(1, 1), first, top) + Cat(carry_in, second, top))[1 : len(first) + 2]
+    return (Cat(Const(1, 1), first, never) + Cat(carry_in, second))[1 : len(first) + 2]
 
 
 def add_slice_to_segment(m: Module, segment, part, carry, *, name: str):
@@ -70,7 +72,7 @@ def add_slice_to_segment(m: Module, segment, part, carry, *, name: str):
     Returns `(sum, carry)`: the carry is one bit again.
     """
     sum_register, carry_register = Signal(len(segment), name=name), Signal(name=f"{name}_carry")
-    m.d.sync += Cat(sum_register, carry_register).eq(sum_and_carry(segment, part, carry))
+    m.d.sync += Cat(sum_register, carry_register).eq(sum_and_carry(m, segment, part, carry))
     return sum_register, carry_register
 
 

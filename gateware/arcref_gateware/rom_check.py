@@ -128,7 +128,7 @@ class RomCheck(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         m.submodules.identity = identity = TableMemory(self.identity_words)
-        octet_place = Signal(range(2 * LINES_PER_TURN))
+        octet_place = Signal(range(2 * LINES_PER_TURN), reset_less=True)  # `clears` is 1 at reset
         place = octet_place[1:]
         # One register a state, in the order they follow each other: nothing has to be decoded.
         start, identity_part, identity_end = Signal(init=1), Signal(), Signal()

@@ -55,8 +55,8 @@ class RunningLargest(wiring.Component):
         forgotten = self.clear | (self.none & ~arrived)
         m.d.sync += [
             not_before.eq(~self.number),
-            exceeds_largest.eq(sum_and_carry(self.number, not_largest)[-1]),
-            exceeds_before.eq(sum_and_carry(self.number, not_before)[-1]),
+            exceeds_largest.eq(sum_and_carry(m, self.number, not_largest)[-1]),
+            exceeds_before.eq(sum_and_carry(m, self.number, not_before)[-1]),
             arrived.eq(self.valid),
             took.eq(self.takes),
             self.none.eq(forgotten),

@@ -11,10 +11,11 @@ from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
 from arcref_gateware.fpga_family import is_ecp5
-from arcref_gateware.memory_attributes import NO_COLLISION
+from arcref_gateware.memory_attributes import NO_COLLISION, OUTPUT_REGISTER
 
-TABLE_CLOCKS = 2
-"""Clocks from an address to its word: the memory's own register, and one behind its slow output."""
+TABLE_CLOCKS = 3
+"""Clocks from an address to its word: the memory's own register, one behind its slow output, and one more, as the way
+from many block RAMs to the sums is long."""
 
 WORD_BITS = 16
 """Bits of a table's word."""
@@ -62,25 +63,27 @@ class TableMemory(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
+        shown = Signal(WORD_BITS, reset_less=True)
+        m.d.comb += self.data.eq(shown)
         if is_ecp5(platform) and len(self.words) <= DP16KD_WORDS[4]:
-            self._place_block_rams(m)
+            self._place_block_rams(m, shown)
         else:
             m.submodules.memory = memory = Memory(
                 shape=WORD_BITS, depth=len(self.words), init=self.words, attrs=NO_COLLISION
             )
             port, write = memory.read_port(domain="comb"), memory.write_port()
-            word, shown = Signal(WORD_BITS, reset_less=True), Signal(WORD_BITS, reset_less=True)
+            word = Signal(WORD_BITS, reset_less=True, attrs=OUTPUT_REGISTER)
+            chosen = Signal(WORD_BITS, reset_less=True)
             m.d.comb += [
-                self.data.eq(shown),
                 port.addr.eq(self.address),
                 write.en.eq(self.write),
                 write.addr.eq(self.address),
                 write.data.eq(self.write_data),
             ]
-            m.d.sync += [word.eq(port.data), shown.eq(word)]
+            m.d.sync += [word.eq(port.data), chosen.eq(word), shown.eq(chosen)]
         return m
 
-    def _place_block_rams(self, m: Module) -> None:
+    def _place_block_rams(self, m: Module, shown: Signal) -> None:
         """Block RAMs side by side, each with as many bits of every word as fit: one for 1024 words, four for 4096."""
         width = width_for(len(self.words))
         for low in range(0, WORD_BITS, width):
@@ -88,7 +91,7 @@ class TableMemory(wiring.Component):
             part = [word >> low & (1 << bits) - 1 for word in self.words]
             ram, data = block_ram(self.address, width, part, self.write, self.write_data[low : low + bits])
             m.submodules[f"bits{low}"] = ram
-            m.d.comb += self.data[low : low + bits].eq(data)
+            m.d.sync += shown[low : low + bits].eq(data)
 
 
 def block_ram(address, width: int, words, write, write_data, read_address=None, read_width=None):

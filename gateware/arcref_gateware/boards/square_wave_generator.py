@@ -165,7 +165,7 @@ class SquareWaveGenerator(wiring.Component):
                     # One bit more at the low end makes the carry in part of the same carry chain.
                     total = (Cat(Const(1, 1), part) + Cat(carry, segment))[1 : 1 + len(segment)]
                 else:
-                    total = sum_and_carry(part, segment, carry)
+                    total = sum_and_carry(m, part, segment, carry)
                 carry = Signal(len(total) - len(part), name=f"carry_{k}_{place}")
                 m.d.sync += carry.eq(total[len(part) :])
                 if k == self.samples_per_word - 1:

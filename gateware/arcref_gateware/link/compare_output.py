@@ -91,10 +91,10 @@ class CompareOutput(wiring.Component):
         second_low = Signal(_LOW, reset_less=True)  # never read: the carry is what counts
         position_high = delayed(m, self.position[_LOW:GRID_BITS], 1, name="position_high")
         m.d.sync += [
-            first_low.eq(sum_and_carry(self.position[:_LOW], line_low, Const(1, 1))),
-            first_high.eq(sum_and_carry(position_high, line_high, first_low[-1])),
-            Cat(second_low, second_carry).eq(sum_and_carry(first_low[:_LOW], addend_low, Const(1, 1))),
-            second_high.eq(sum_and_carry(first_high, addend_high, second_carry)),
+            first_low.eq(sum_and_carry(m, self.position[:_LOW], line_low, Const(1, 1))),
+            first_high.eq(sum_and_carry(m, position_high, line_high, first_low[-1])),
+            Cat(second_low, second_carry).eq(sum_and_carry(m, first_low[:_LOW], addend_low, Const(1, 1))),
+            second_high.eq(sum_and_carry(m, first_high, addend_high, second_carry)),
         ]
         # Before the grid begins the second difference is that from the start, in turns and a part of one.
         sign, quarter = ANGLE_BITS - 1 - _LOW, ANGLE_BITS - 2 - _LOW
@@ -119,7 +119,7 @@ class CompareOutput(wiring.Component):
         off, waits, compares = Signal(init=1), Signal(), Signal()
         start_low, start_high, turns_low, turns_high, down, move_low, move_high = (Signal(name=name) for name in STEPS)
         settling = Signal(MOVE_SETTLE_CLOCKS)
-        settle, has_settled = Signal(range(SETTLE_CLOCKS)), Signal()
+        settle, has_settled = Signal(range(SETTLE_CLOCKS), reset_less=True), Signal()
         passed, moved_up = Signal(), Signal()
         ends, may_start, may_pass = Signal(), Signal(), Signal()
         interrupted = Signal()  # in the middle of a move
@@ -166,20 +166,20 @@ class CompareOutput(wiring.Component):
         writes_low, writes_high = (delayed(m, moves, 1, name="writes") for moves in (moves_low, moves_high))
         m.d.sync += [
             takes_off.eq(choice != ADDS_PERIOD),
-            Cat(moved_low, carry).eq(sum_and_carry(line_low, addend_low, takes_off)),
-            moved_high.eq(sum_and_carry(line_high, addend_high, carry)),
+            Cat(moved_low, carry).eq(sum_and_carry(m, line_low, addend_low, takes_off)),
+            moved_high.eq(sum_and_carry(m, line_high, addend_high, carry)),
             line_low.eq(Mux(restarts, Const(-1, _LOW), Mux(writes_low, moved_low, line_low))),
             line_high.eq(Mux(restarts, Const(-1, _HIGH), Mux(writes_high, moved_high, line_high))),
         ]
 
         # A pulse lasts while a counter that begins with minus its length is below zero. Its upper half follows the
         # lower one, which makes that two clocks longer.
-        left, upper_left, ended = Signal(_HALF), Signal(_HALF + 1), Signal()
+        left, upper_left, ended = Signal(_HALF), Signal(_HALF + 1), Signal(reset_less=True)
         runs = upper_left[-1]
         ran = Signal(2)
         passed_later = delayed(m, passed, 3, name="passed_later")
         m.d.sync += [
-            Cat(left, ended).eq(Mux(passed, ~self.width[:_HALF], sum_and_carry(left, Const(0, _HALF), runs))),
+            Cat(left, ended).eq(Mux(passed, ~self.width[:_HALF], sum_and_carry(m, left, Const(0, _HALF), runs))),
             upper_left.eq(Mux(passed, Cat(~self.width[_HALF:], Const(1, 1)), upper_left + ended)),
             ran.eq(Cat(runs, ran)),
             self.pulse.eq((runs & ran.all()) | passed_later),

@@ -80,7 +80,8 @@ class EventCounters(wiring.Component):
         # Where the total is read: at its own place, or from the zero when it starts anew.
         first_round, from_zero, fresh, starts_anew = Signal(init=1), Signal(init=1), Signal(), Signal()
         places = [REGISTERS[counted.name].address + word for counted, word in LOOKS]
-        place = Signal(PLACE_BITS)
+        place, write_place = Signal(PLACE_BITS, reset_less=True), Signal(PLACE_BITS, reset_less=True)
+        m.d.comb += self.write_place.eq(write_place)
         cleared = [counted.cleared for counted, _ in LOOKS]
         before_cleared = Signal()
         takes_fresh = steps_on & before_cleared
@@ -91,7 +92,7 @@ class EventCounters(wiring.Component):
             from_zero.eq(first_round | (starts_anew & _choice(look, cleared))),
             place.eq(_choice(look, places)),
             # The sum is of the look before.
-            self.write_place.eq(_choice(look, _one_later(places))),
+            write_place.eq(_choice(look, _one_later(places))),
             self.read_place.eq(
                 (place & ~from_zero.replicate(PLACE_BITS)) | (ZERO_PLACE & from_zero.replicate(PLACE_BITS))
             ),
@@ -118,10 +119,11 @@ class EventCounters(wiring.Component):
         # What came since, in phase 2, and the sum in two halves, in phases 3 and 0, while the word is there.
         second_word = [word == 1 for _, word in LOOKS]
         narrow = [word == 1 or counted.rare for counted, word in LOOKS]
-        is_second = delayed(m, _choice(look, second_word), 2, name="is_second")
-        is_narrow = delayed(m, _choice(look, narrow), 2, name="is_narrow")
         saturating = _one_later([counted.saturates for counted, _ in LOOKS])
-        saturates = delayed(m, _choice(look, saturating), 1, name="saturates")
+        looks_at = Signal(3, reset_less=True)
+        m.d.sync += looks_at.eq(Cat(_choice(look, second_word), _choice(look, narrow), _choice(look, saturating)))
+        is_second, is_narrow = delayed(m, looks_at[:2], 1, name="looks_at")
+        saturates = looks_at[2]
         came = Signal(TALLY_BITS, reset_less=True)
         difference = Signal(TALLY_BITS)
         sum_low, sum_high = Signal(_HALF + 1), Signal(_HALF + 1)
@@ -131,8 +133,8 @@ class EventCounters(wiring.Component):
         with m.If(is_narrow):
             m.d.sync += came[1:].eq(0)
         m.d.sync += [
-            sum_low.eq(sum_and_carry(self.word[:_HALF], Cat(came, Const(0, _HALF - TALLY_BITS)))),
-            sum_high.eq(sum_and_carry(self.word[_HALF:], Const(0, _HALF), sum_low[-1])),
+            sum_low.eq(sum_and_carry(m, self.word[:_HALF], Cat(came, Const(0, _HALF - TALLY_BITS)))),
+            sum_high.eq(sum_and_carry(m, self.word[_HALF:], Const(0, _HALF), sum_low[-1])),
             carry.eq(sum_high[-1]),
         ]
         full = (sum_high[-1] & saturates).replicate(WORD_BITS)

@@ -9,7 +9,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from arcref.link.packet import MOST_BODY_BYTES
-from arcref_gateware.link.buffer_memory import READ_CLOCKS, BufferMemory
+from arcref_gateware.buffer_memory import READ_CLOCKS, BufferMemory
 
 PART_BITS = 6
 """Address bits of a part."""
@@ -45,8 +45,10 @@ class PacketMemory(wiring.Component):
         m = Module()
         m.submodules.memory = memory = BufferMemory(8, 1 << PART_BITS + 2)
         waits = Signal()
-        address, data = Signal(PART_BITS + 1), Signal(8)
-        write_address, write_data, write_enable = Signal(PART_BITS + 2), Signal(8), Signal()
+        # Transient: what stands in them without a write does no harm.
+        address, data = Signal(PART_BITS + 1, reset_less=True), Signal(8, reset_less=True)
+        write_address, write_data = Signal(PART_BITS + 2, reset_less=True), Signal(8, reset_less=True)
+        write_enable = Signal()
         m.d.comb += [
             memory.read_address.eq(self.read_address),
             self.read_data.eq(memory.read_data),

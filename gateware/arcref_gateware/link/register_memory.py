@@ -18,7 +18,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from arcref.link.register import WORD_BITS
-from arcref_gateware.link.buffer_memory import BufferMemory
+from arcref_gateware.buffer_memory import BufferMemory
 from arcref_gateware.link.register_layout import PLACE_BITS
 
 PHASES = 4
@@ -99,21 +99,18 @@ class RegisterMemory(wiring.Component):
         # Settings and records share a register before that of the memory.
         other_place, other, other_valid = Signal(PLACE_BITS), Signal(WORD_BITS), Signal()
         with m.If(phase[SETTING_WRITE]):
-            m.d.sync += [
-                other_place.eq(self.setting_place),
-                other.eq(self.setting),
-                other_valid.eq(self.setting_valid),
-            ]
+            m.d.sync += [other_place.eq(self.setting_place), other.eq(self.setting)]
         with m.Else():
-            may_record = phase[RECORD_WRITES[0]] | phase[RECORD_WRITES[1]]
-            m.d.sync += [
-                other_place.eq(self.record_place),
-                other.eq(self.record),
-                other_valid.eq(self.record_valid & may_record),
-            ]
+            m.d.sync += [other_place.eq(self.record_place), other.eq(self.record)]
+        may_record = phase[RECORD_WRITES[0]] | phase[RECORD_WRITES[1]]
+        m.d.sync += other_valid.eq((self.setting_valid & phase[SETTING_WRITE]) | (self.record_valid & may_record))
         write_place, written, writes = Signal(PLACE_BITS), Signal(WORD_BITS), Signal()
-        m.d.sync += [write_place.eq(other_place), written.eq(other), writes.eq(other_valid)]
+        m.d.sync += [
+            write_place.eq(other_place),
+            written.eq(other),
+            writes.eq(other_valid | phase[COUNTER_WRITE]),
+        ]
         with m.If(phase[COUNTER_WRITE]):
-            m.d.sync += [write_place.eq(self.total_place), written.eq(self.total), writes.eq(1)]
+            m.d.sync += [write_place.eq(self.total_place), written.eq(self.total)]
         m.d.comb += [memory.write.eq(writes), memory.write_address.eq(write_place), memory.write_data.eq(written)]
         return m

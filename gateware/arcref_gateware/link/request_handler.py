@@ -5,7 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from arcref.link.packet import MOST_WORDS, Kind, Status
-from arcref_gateware.link.buffer_memory import READ_CLOCKS
+from arcref_gateware.buffer_memory import READ_CLOCKS
 from arcref_gateware.link.packet_memory import PART_BITS
 from arcref_gateware.link.register_bus import STATUS_BITS, RegisterBus, Request
 
@@ -188,11 +188,11 @@ class RequestHandler(wiring.Component):
         with now("kind"):
             m.d.sync += [is_read.eq(says_read & length_of_read), is_write.eq(says_write & length_of_write)]
         with now("new_write"):
-            m.d.sync += [last_number.eq(self.read_data), last_valid.eq(1), status.eq(Status.DONE)]
+            m.d.sync += [last_number.eq(self.read_data), status.eq(Status.DONE)]
         with now("refuse"):
             m.d.sync += status.eq(bus.status)
         with now("count"):
-            m.d.sync += [words_left.eq(self.read_data), last_valid.eq(0)]
+            m.d.sync += words_left.eq(self.read_data)
         with now("word_sent"):
             m.d.sync += words_left.eq(words_left - 1)
         counts_address, starts_words = Signal(), Signal()
@@ -201,6 +201,7 @@ class RequestHandler(wiring.Component):
             starts_words.eq(state["idle"] | does["second_time"]),
         ]
         m.d.sync += [
+            last_valid.eq((last_valid | (tick & does["new_write"])) & ~(tick & does["count"])),
             writes.eq((writes & ~state["idle"]) | (tick & does["second_time"])),
             first_word.eq((first_word & ~(tick & counts_address)) | (tick & starts_words)),
         ]

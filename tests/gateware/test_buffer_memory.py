@@ -14,7 +14,7 @@ from amaranth_bench import Bench, assert_rows
 from block_ram_model import BlockRamModel
 
 from arcref_gateware import table_memory
-from arcref_gateware.link.buffer_memory import READ_CLOCKS, BufferMemory
+from arcref_gateware.buffer_memory import READ_CLOCKS, BufferMemory
 from arcref_gateware.toolchain import use_installed_yosys
 
 ECP5 = SimpleNamespace(device="LFE5U-25F")

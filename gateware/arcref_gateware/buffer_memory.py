@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
 from arcref_gateware.fpga_family import is_ecp5
-from arcref_gateware.memory_attributes import NO_COLLISION
+from arcref_gateware.memory_attributes import NO_COLLISION, OUTPUT_REGISTER
 from arcref_gateware.table_memory import DP16KD_WORDS, block_ram, width_for
 
 READ_CLOCKS = 2
@@ -59,7 +59,7 @@ class BufferMemory(wiring.Component):
             return m
         m.submodules.memory = memory = Memory(shape=self.width, depth=self.depth, init=self.words, attrs=NO_COLLISION)
         read, write = memory.read_port(domain="comb"), memory.write_port()
-        word = Signal(self.width, reset_less=True)
+        word = Signal(self.width, reset_less=True, attrs=OUTPUT_REGISTER)
         shown = Signal(self.width, reset_less=True)
         m.d.comb += [
             read.addr.eq(self.read_address),
