@@ -160,8 +160,10 @@ class PositionSpi(wiring.Component):
             spoils.eq(samples & in_rest & received),
             rest_is_zero.eq((rest_is_zero & ~spoils) | late_starts),
         ]
-        with m.If(late_samples & in_command):
-            m.d.sync += kept.eq(Cat(late_received, kept))
+        keeps, kept_bit = Signal(), Signal(reset_less=True)
+        m.d.sync += [keeps.eq(late_samples & in_command), kept_bit.eq(late_received)]
+        with m.If(keeps):
+            m.d.sync += kept.eq(Cat(kept_bit, kept))
         clears, reads, writes, whole, matches = Signal(), Signal(), Signal(), Signal(), Signal()
         no_low_word, no_high_rest = Signal(), Signal()
         obeyed, reads_now, writes_now = Signal(), Signal(), Signal()
@@ -180,24 +182,29 @@ class PositionSpi(wiring.Component):
         m.d.sync += self.clear_flags.eq(high_word[8:] & obeyed.replicate(8))
 
         registers = self.registers
-        asking, answered = Signal(), Signal()
+        asking, answered, puts = Signal(), Signal(), Signal()
         asks, answers = Signal(), Signal()
         m.d.comb += [asks.eq((reads_now | writes_now) & ~asking), answers.eq(answered & cs_n & last_cs_n)]
         # Plain data paths: a reset of so few registers would come late.
         m.d.sync += [
-            registers.valid.eq(asks),
+            puts.eq(asks),
+            registers.valid.eq(puts),
             asking.eq((asking | asks) & ~answers),
             answered.eq((answered | (asking & registers.done)) & ~answers),
         ]
-        with m.If(asks):
-            m.d.sync += [
-                registers.write.eq(writes_now),
-                registers.address.eq(high_word),
-                registers.write_word.eq(low_word),
-            ]
+        # Held without a reset: until the first command nobody looks.
+        is_write = Signal(reset_less=True)
+        address, write_word = (
+            Signal.like(signal, reset_less=True) for signal in (registers.address, registers.write_word)
+        )
+        with m.If(puts):
+            m.d.sync += [is_write.eq(writes), address.eq(high_word), write_word.eq(low_word)]
+        m.d.comb += [registers.write.eq(is_write), registers.address.eq(address), registers.write_word.eq(write_word)]
         # An answer that comes while a frame is being sent waits for the next one, and one that is ready as chip select
         # falls must not change in the middle.
-        with m.If(asking & registers.done):
+        takes = Signal()
+        m.d.sync += takes.eq(asking & registers.done)
+        with m.If(takes):
             word = Mux(registers.write, registers.write_word, registers.read_word)
             code = Mux(registers.write, COMMAND_WRITE_REGISTER, COMMAND_READ_REGISTER)
             m.d.sync += answer.eq(Cat(word, registers.address, registers.status, code))

@@ -7,8 +7,9 @@ from arcref.link.register import ADDRESS_BITS, WORD_BITS
 
 
 class SpiRegisters(wiring.Signature):
-    """Members as the SPI port sees them. `valid` is 1 for one clock, the others hold until `done`, which brings the
-    answer. A command that comes before the answer to the one before it replaces nothing: it is not obeyed.
+    """Members as the SPI port sees them. `valid` is 1 for one clock, and what is asked holds from it until `done`. That
+    brings the answer, which holds for a clock more. A command that comes before the answer to the one before it
+    replaces nothing: it is not obeyed.
     """
 
     def __init__(self):

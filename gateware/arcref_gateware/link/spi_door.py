@@ -33,20 +33,23 @@ class SpiDoor(wiring.Component):
             bus.is_last.eq(0),
             bus.following.eq(registers.write),
         ]
-        m.d.sync += [bus.valid.eq(0), registers.done.eq(0)]
-        with m.FSM() as states:
-            with m.State("IDLE"), m.If(registers.valid):
-                m.next = "WAIT"
-            with m.State("WAIT"), m.If(self.has_bus):
-                m.d.sync += [bus.valid.eq(1), bus.request.eq(Mux(registers.write, Request.CHECK, Request.READ))]
-                m.next = "ASKED"
-            with m.State("ASKED"), m.If(bus.done):
-                m.d.sync += [registers.status.eq(bus.status), registers.read_word.eq(bus.read_word)]
-                with m.If(registers.write & (bus.status == Status.DONE) & (bus.request == Request.CHECK)):
-                    m.d.sync += [bus.valid.eq(1), bus.request.eq(Request.WRITE)]
-                with m.Else():
-                    m.d.sync += registers.done.eq(1)
-                    m.next = "IDLE"
-        wants = Signal()
-        m.d.comb += [wants.eq(~states.ongoing("IDLE")), self.wants_bus.eq(wants)]
+        # Plain data paths: a reset or an enable of so few registers would come late.
+        waits, is_asked, checks = Signal(), Signal(), Signal()
+        begins, ends, writes_next = Signal(), Signal(), Signal()
+        m.d.comb += [
+            begins.eq(waits & self.has_bus),
+            ends.eq(is_asked & bus.done),
+            writes_next.eq(ends & registers.write & checks & (bus.status == Status.DONE)),
+            bus.request.eq(Mux(registers.write, Mux(checks, Request.CHECK, Request.WRITE), Request.READ)),
+            self.wants_bus.eq(waits | is_asked),
+        ]
+        m.d.sync += [
+            waits.eq((waits | registers.valid) & ~begins),
+            is_asked.eq((is_asked | begins) & (~ends | writes_next)),
+            checks.eq(waits | (checks & ~ends)),
+            bus.valid.eq(begins | writes_next),
+            registers.done.eq(ends & ~writes_next),
+        ]
+        with m.If(is_asked):
+            m.d.sync += [registers.status.eq(bus.status), registers.read_word.eq(bus.read_word)]
         return m
