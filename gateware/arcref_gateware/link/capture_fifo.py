@@ -5,7 +5,7 @@ One such number can wait in the FIFO at a time; a capture that would need a seco
 
 A capture goes into the memory in the clock in which it comes, with nothing before it, so whether there is room must be
 known beforehand. It is known exactly while there is. A FIFO that was full lets captures in again `REOPEN_CLOCKS` after
-one was taken. In its first clock after reset it is cleared.
+one was taken. Just after reset it is cleared.
 """
 
 from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, signed
@@ -24,7 +24,7 @@ COUNT_BITS = 32
 LOSS_BIT = 120
 """Bit of a record that says that captures were lost before it. Below it stands what a CAPTURE packet carries."""
 
-REOPEN_CLOCKS = 3
+REOPEN_CLOCKS = 4
 """Clocks from `taken` to the first capture that a full FIFO keeps again."""
 
 TAKE_CLOCKS = 6
@@ -122,8 +122,8 @@ class CaptureFifo(wiring.Component):
         losing = state("losing")  # a capture was lost since the last one kept
         told = state("told")  # a number of lost captures waits
         keeps, loses, takes = Signal(), Signal(), Signal()
-        clear = Signal(init=1)
-        waits, quiet = Signal(), Signal()  # a clear waits; and it may act
+        clear = Signal()
+        waits, quiet = Signal(init=1), Signal()  # a clear waits; and it may act
         m.d.comb += [keeps.eq(self.valid & ~closed), loses.eq(self.valid & closed), takes.eq(oldest.taken)]
         # Nobody begins to read without `ready`, which goes down first.
         m.d.comb += quiet.eq(waits & ~oldest.reading & ~oldest.ready)
@@ -154,8 +154,9 @@ class CaptureFifo(wiring.Component):
 
         # The level: its upper part follows the lower one, but is never taken for that of the last free place early.
         (level, shown), upper = state("level", "shown", bits=_LOW), state("upper", bits=bits - _LOW + 1)
-        carry, borrow = state("carry", "borrow")
-        at_end = state("at_end")  # `upper` is that of a FIFO with one place free
+        carry, borrow, borrowed = state("carry", "borrow", "borrowed")
+        # `upper` is that of a FIFO with one place free: seen late, but not when the level goes down.
+        is_last, at_end = state("is_last", "at_end")
         fills, frees = Signal(), Signal()
         # As tables: a carry chain behind a choice is slower.
         following, preceding = (
@@ -168,10 +169,12 @@ class CaptureFifo(wiring.Component):
             borrow.eq(frees & (level == 0)),
             shown.eq(level),
             upper.eq(upper + Cat(carry | borrow, borrow.replicate(len(upper) - 1))),
-            at_end.eq((upper == (self.depth >> _LOW) - 1) & ~borrow & ~(frees & (level == 0))),
+            borrowed.eq(borrow),
+            is_last.eq(upper == (self.depth >> _LOW) - 1),
+            at_end.eq(is_last & ~borrow & ~borrowed & ~(takes & (level == 0))),
         ]
-        has_room = state("has_room")
-        m.d.sync += has_room.eq(closed & (has_room | (level != 0)))
+        has_left, has_room = state("has_left", "has_room")
+        m.d.sync += [has_left.eq(closed & (level != 0)), has_room.eq(closed & (has_room | has_left))]
         stays_closed = ~has_room | (told & (losing | self.valid))
         m.d.sync += closed.eq(Mux(closed, stays_closed, fills & at_end & level.all()))
 

@@ -51,7 +51,7 @@ class PacketReceiver(wiring.Component):
         first, broken = Signal(init=1), Signal()
         left = Signal(8, init=1)  # bytes up to the next code, it included
         is_code, one_less = Signal(init=1), Signal(8)  # left == 1 and left - 1, known by the next byte
-        put, put_data, ends = Signal(), Signal(8), Signal()
+        put, put_data, ends = Signal(), Signal(8, reset_less=True), Signal()
         whole = Signal()  # no literal was missing when the delimiter came
         came = Signal()  # anything at all before the delimiter
         m.d.sync += [
@@ -81,17 +81,16 @@ class PacketReceiver(wiring.Component):
             crc.data.eq(put_data),
             crc.valid.eq(put),
         ]
-        with m.If(put):
-            with m.If(full):
-                m.d.sync += broken.eq(1)
-            with m.Else():
-                m.d.sync += count.eq(count + 1)
-        with m.If(self.bad):
-            m.d.sync += broken.eq(1)
+        over = Signal()
+        # Plain data paths: a reset of so few registers would come late.
+        m.d.sync += [
+            broken.eq((broken | (put & full) | self.bad) & ~over),
+            count.eq((count + (put & ~full)) & ~over.replicate(len(count))),
+        ]
 
         # At the end of a packet: two clocks later its CRC is known, and two more later the verdict acts.
         judged, long_enough, crc_good = Signal(), Signal(), Signal()
-        good, bad, over = Signal(), Signal(), Signal()
+        good, bad = Signal(), Signal()
         m.d.sync += [judged.eq(ends), long_enough.eq(count >= LEAST_BODY_BYTES), crc_good.eq(crc.match_detected)]
         fits = whole & ~broken & long_enough & crc_good & ~self.ready
         m.d.sync += [good.eq(judged & fits), bad.eq(judged & ~fits & (came | broken)), over.eq(judged)]
@@ -101,8 +100,6 @@ class PacketReceiver(wiring.Component):
             part.eq(part ^ good),
             self.refused.eq(self.refused + bad),
         ]
-        with m.If(over):
-            m.d.sync += [count.eq(0), broken.eq(0)]
         with m.If(good):
             m.d.sync += [self.part.eq(part), self.length.eq(count - 2)]
         return m

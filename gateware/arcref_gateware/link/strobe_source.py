@@ -50,7 +50,7 @@ class StrobeSource(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         source, edge = (self.control[f.low : f.low + f.width] for f in (SOURCE_FIELD, EDGE_FIELD))
-        uses = Signal(len(STROBE_SOURCES))
+        uses = Signal(len(STROBE_SOURCES), reset_less=True)
         invert, both = Signal(), Signal()
         m.d.sync += [
             uses.eq(1 << source),

@@ -55,21 +55,30 @@ class TrialTables(wiring.Component):
             self.identity_word.eq(access.identity_word),
             self.crc32.eq(access.crc32),
         ]
-        m.d.sync += check.eq(0)
-        with m.If(self.command[BEGIN] & ~access.checking):
-            m.d.sync += [self.loading.eq(1), trial.eq(1), waits.eq(1)]
-        with m.If(self.command[FINISH] & self.loading):
-            m.d.sync += [self.loading.eq(0), check.eq(1)]
         # The index must come after the verdict.
-        with m.Elif(waits & ~self.loading & ~check & ~access.checking & access.good & self.index):
-            m.d.sync += waits.eq(0)
+        begins, finishes, takes_force = Signal(), Signal(), Signal()
+        m.d.comb += [
+            begins.eq(self.command[BEGIN] & ~access.checking),
+            finishes.eq(self.command[FINISH] & self.loading),
+            takes_force.eq(~self.loading & ~check & ~access.checking & access.good & self.index),
+        ]
+        m.d.sync += [
+            self.loading.eq((self.loading | begins) & ~finishes),
+            check.eq(finishes),
+            trial.eq(trial | begins),
+            waits.eq(begins | (waits & ~takes_force)),
+        ]
+        # What is told of it, a clock later.
+        loads, checks, faulty, in_waiting = Signal(), Signal(), Signal(), Signal()
+        m.d.sync += [
+            loads.eq(self.loading),
+            checks.eq(access.checking | check),
+            faulty.eq(~access.good),
+            in_waiting.eq(waits),
+        ]
         state = Signal(3)
         m.d.comb += state.eq(
-            Mux(
-                self.loading,
-                LOADING,
-                Mux(access.checking | check, CHECKING, Mux(~access.good, FAULT, Mux(waits, WAITING, GOOD))),
-            )
+            Mux(loads, LOADING, Mux(checks, CHECKING, Mux(faulty, FAULT, Mux(in_waiting, WAITING, GOOD))))
         )
         m.d.sync += self.state.eq(state | trial << 3)
         return m

@@ -89,7 +89,6 @@ class UartDoor(wiring.Component):
         handler_has, streamer_has = Signal(), Signal()
         free = Signal()
         m.d.comb += [
-            free.eq(sender.idle & ~handler_has & ~streamer_has & ~sender.finish),
             handler.has_sender.eq(handler_has),
             streamer.has_sender.eq(streamer_has),
             sender.push_valid.eq(Mux(handler_has, handler.push_valid, streamer.push_valid & streamer_has)),
@@ -97,8 +96,11 @@ class UartDoor(wiring.Component):
             sender.finish.eq(handler.finish | streamer.finish),
         ]
         # Plain data paths: a clock enable or a reset from so deep a thought would come late.
+        gives_handler, gives_streamer = free & ~streamer_has, free & ~handler_has & ~handler.wants_sender
         m.d.sync += [
-            handler_has.eq((handler_has | free) & handler.wants_sender & ~handler.finish),
-            streamer_has.eq((streamer_has | (free & ~handler.wants_sender)) & streamer.wants_sender & ~streamer.finish),
+            # Known a clock late: the sender is not idle in the clock after `finish`.
+            free.eq(sender.idle & ~sender.finish),
+            handler_has.eq((handler_has | gives_handler) & handler.wants_sender & ~handler.finish),
+            streamer_has.eq((streamer_has | gives_streamer) & streamer.wants_sender & ~streamer.finish),
         ]
         return m

@@ -30,7 +30,8 @@ class UartReceiver(wiring.Component):
         at_middle = Signal(reset_less=True)  # a clock early, so that the counter's comparison is off the path
         bit = Signal(range(10))
         shift = Signal(8, reset_less=True)
-        m.d.sync += [at_middle.eq(clocks == 1), self.valid.eq(0), self.bad.eq(0)]
+        ends = Signal()  # in the middle of the stop bit
+        m.d.sync += [at_middle.eq(clocks == 1), self.valid.eq(ends & line), self.bad.eq(ends & ~line)]
         m.d.comb += self.data.eq(shift)
         with m.FSM():
             with m.State("IDLE"):
@@ -45,7 +46,7 @@ class UartReceiver(wiring.Component):
                     with m.If(bit == 0), m.If(line):
                         m.next = "IDLE"  # a glitch, no start bit
                     with m.Elif(bit == 9):
-                        m.d.sync += [self.valid.eq(line), self.bad.eq(~line)]
+                        m.d.comb += ends.eq(1)
                         m.next = "STOP"
                     with m.Else():
                         m.d.sync += shift.eq(Cat(shift[1:], line))

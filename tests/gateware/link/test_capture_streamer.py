@@ -95,7 +95,7 @@ def unpack(packets):
 @pytest.mark.parametrize("seed", range(6))
 def test_every_capture_is_sent_or_told_as_lost(seed):
     rng = random.Random(seed)
-    offers = [False]  # the FIFO is cleared in the first clock
+    offers = [False] * 2  # the FIFO is cleared just after reset
     while len(offers) < 12_000:
         rate = rng.choice([0.0, 0.003, 0.02, 1.0])
         offers += [rng.random() < rate for _ in range(rng.randrange(1, 800 if rate < 1 else 40))]
