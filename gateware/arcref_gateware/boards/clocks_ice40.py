@@ -1,8 +1,8 @@
 """Clocks of an iCE40 board: oscillator -> SB_PLL40 -> word clock."""
 
-from amaranth.hdl import ClockDomain, ClockSignal, Const, Instance, Module, Signal
+from amaranth.hdl import ClockDomain, ClockSignal, Const, Instance, Module, ResetSignal, Signal
 from amaranth.lib import io, wiring
-from amaranth.lib.cdc import ResetSynchronizer
+from amaranth.lib.cdc import AsyncFFSynchronizer
 from amaranth.lib.wiring import Out
 
 from arcref_gateware.boards.board import Board
@@ -66,5 +66,11 @@ class Ice40Clocks(wiring.Component):
             )
         m.submodules.start_up = start_up = StartUp(board.oscillator_hz)
         m.d.comb += [start_up.locked.eq(locked), self.ready.eq(start_up.ready)]
-        m.submodules.word_reset = ResetSynchronizer(~start_up.ready, domain="word")
+        # Its registers are 0 at power-up: behind the last 1 of the synchroniser there is an inverter, and behind that
+        # a register, so that the reset has a clock for the way across the chip.
+        released = Signal()
+        m.submodules.word_reset = AsyncFFSynchronizer(~start_up.ready, released, o_domain="word")
+        word_reset = Signal(reset_less=True)
+        m.d.word += word_reset.eq(released)
+        m.d.comb += ResetSignal("word").eq(word_reset)
         return m

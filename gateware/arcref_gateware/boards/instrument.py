@@ -86,7 +86,7 @@ class Instrument(wiring.Component):
                 **{name: In(samples_per_word) for name in SAMPLED_SIGNALS},
                 "alignment": In(samples_per_word),
                 "alignment_drive": Out(1),
-                "hold": Out(1, init=1),
+                "hold": Out(1),
                 "spi_sck": In(1),
                 "spi_cs_n": In(1, init=1),
                 "spi_copi": In(1),
@@ -113,7 +113,8 @@ class Instrument(wiring.Component):
     alignment_drive: Out
     """1 while the alignment pattern must go out."""
     hold: Out
-    """Reset of the domain `sync`."""
+    """Reset of the domain `sync`. Where alignment is checked it comes from the second clock on: at power-up an iCE40's
+    registers are 0, and a 1 there would put an inverter in the way of the widest net."""
     spi_sck: In
     """SPI clock."""
     spi_cs_n: In
@@ -140,8 +141,10 @@ class Instrument(wiring.Component):
         m.submodules.core = core = self.core
         failed = Signal()
         if self.pattern is None:
-            m.d.word += self.hold.eq(0)
+            hold = Signal(init=1)
+            m.d.word += hold.eq(0)
         else:
+            hold = Signal(reset_less=True)
             check = AlignmentCheck(self.samples_per_word, self.pattern)
             m.submodules.alignment_check = DomainRenamer("word")(check)
             m.d.comb += [
@@ -149,7 +152,8 @@ class Instrument(wiring.Component):
                 self.alignment_drive.eq(check.drive),
                 failed.eq(check.failed),
             ]
-            m.d.word += self.hold.eq(~check.passed)
+            m.d.word += hold.eq(~check.passed)
+        m.d.comb += self.hold.eq(hold)
 
         self._bring_samples(m)
         m.d.comb += [
@@ -176,14 +180,17 @@ class Instrument(wiring.Component):
         beat = Signal(beat_bits - len(words), reset_less=True)
         carry = Signal(reset_less=True)
         fault = Signal(reset_less=True)  # a register between the core and the LED's pad, which lie far apart
+        # What the LEDs show needs no reset, and the reset need not be brought to their pads.
+        leds = {name: Signal(reset_less=True, name=name) for name in ("led_heartbeat", "led_homed", "led_fault")}
+        m.d.comb += [getattr(self, name).eq(led) for name, led in leds.items()]
         m.d.word += [
             words.eq(words + 1),
             carry.eq(words.all()),
             beat.eq(beat + carry),
-            self.led_heartbeat.eq(beat[-1]),
-            self.led_homed.eq(core.homed),
+            leds["led_heartbeat"].eq(beat[-1]),
+            leds["led_homed"].eq(core.homed),
             fault.eq((core.flags & FAULT_FLAGS.value).any() | failed),
-            self.led_fault.eq(fault),
+            leds["led_fault"].eq(fault),
         ]
         return m
 

@@ -16,6 +16,7 @@ from arcref_gateware.boards.bitstream import board_comment
 from arcref_gateware.boards.board import Board
 from arcref_gateware.boards.board_platform import board_platform
 from arcref_gateware.boards.timing_report import UNCONSTRAINED_MHZ, TimingReport, read_timing_report
+from arcref_gateware.memory_attributes import FORGET_INITIAL_VALUES
 from arcref_gateware.toolchain import run_tool
 
 DESIGN = "arcref"
@@ -35,13 +36,18 @@ STAGES = (
 )
 """What a line of the log says about how far nextpnr is."""
 
-ROUTER = {"ice40": ("--router", "router2", "--tmg-ripup")}
-"""Router by family where it is not nextpnr's own choice: on an HX8K its first one has been seen to go on without end.
-Without the last option the second one leaves nets on long ways round."""
+WIRE_DELAY_PS = {"ice40": 1000, "ecp5": 900}
+"""What synthesis takes for the delay of a wire, by family. Its own figures are those of the shortest wires; with them
+it shares logic over more levels than the real ones bear."""
 
-OWN_ROUTER = ("iCE40UP5K",)
-"""Devices that keep nextpnr's own choice: on an UP5K the other one goes long ways round, which costs a fifth of the
-speed."""
+PLACER_OPTIONS = {"iCE40UP5K": ("--placer-heap-critexp", "4")}
+"""By device, where nextpnr's own choice is bettered: an UP5K gains about 3 MHz, others lose."""
+
+MOST_ROUTING_STEPS = 8
+"""Steps of the router for each connection, after which a seed is given up: a design that can be routed takes one or
+two, and on an iCE40 the router has been seen to go on without end."""
+
+_CONNECTIONS, _ROUTING_STEP = re.compile(r"Routing (\d+) arcs"), re.compile(r"Info:\s+(\d+) \|")
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the part of all seeds' work that is behind, 0 to 1."""
@@ -54,6 +60,10 @@ class TimingFailed(RuntimeError):
         super().__init__(text)
         self.reports = reports
         self.log = log
+
+
+class _NotRouted(RuntimeError):
+    """The router went on and on."""
 
 
 @dataclass(frozen=True)
@@ -81,10 +91,11 @@ def place_and_route(board: Board, top, progress: Progress = lambda text, part: N
             top,
             DESIGN,
             emit_src=False,
+            script_after_read=_before_synthesis(board.family),
             synth_opts=list(board.synthesis_options),
             nextpnr_opts=[
                 *("--report", "report.json", "--freq", str(UNCONSTRAINED_MHZ), "--timing-allow-fail"),
-                *(() if platform.device in OWN_ROUTER else ROUTER.get(board.family, ())),
+                *PLACER_OPTIONS.get(platform.device, ()),
             ],
         )
         for name, content in plan.files.items():
@@ -95,24 +106,38 @@ def place_and_route(board: Board, top, progress: Progress = lambda text, part: N
         routing = [argument for argument in routing if argument != "--quiet"]
         tried = {}
         for number, seed in enumerate(board.seeds):
-            log, report = _try_seed(board, routing, seed, folder, number, progress)
+            try:
+                log, report = _try_seed(board, routing, seed, folder, number, progress)
+            except _NotRouted:
+                continue
             tried[seed] = report
             if report.misuse:
                 raise TimingFailed("; ".join(report.problems), tried, log)
             if not report.missed:
                 progress("packing the bitstream", 1.0)
                 return PlacedDesign(_pack(board, folder), report, seed, log, tried)
+    if not tried:
+        raise TimingFailed("the router came to no end with any seed: the part is too full, or name other seeds", {}, "")
     best = max(tried, key=lambda seed: _margin(tried[seed]))
     seeds = f"seed {best}" if len(tried) == 1 else f"the best of {len(tried)} seeds, {best}"
     text = f"the timing does not hold with {seeds}: {'; '.join(tried[best].missed)}"
     raise TimingFailed(text, tried, log)
 
 
+def _before_synthesis(family: str) -> str:
+    """Yosys commands once the design is read."""
+    return f"{FORGET_INITIAL_VALUES}\nscratchpad -set synth_{family}.abc9.W {WIRE_DELAY_PS[family]}"
+
+
 def _try_seed(board: Board, routing: list[str], seed: int, folder: Path, number: int, progress: Progress):
-    stage = 0.0
+    stage, connections = 0.0, None
 
     def follow(line: str) -> None:
-        nonlocal stage
+        nonlocal stage, connections
+        if found := _CONNECTIONS.search(line):
+            connections = int(found[1])
+        elif connections and (found := _ROUTING_STEP.match(line)) and int(found[1]) > MOST_ROUTING_STEPS * connections:
+            raise _NotRouted
         for pattern, text, part in STAGES:
             if part > stage and pattern.search(line):
                 stage = part
