@@ -113,11 +113,11 @@ def test_what_is_built_carries_the_rom_and_says_how_fast_it_is(stand_in, arcref)
 def test_what_it_prints_says_whether_there_is_a_link_and_fills_the_readme(stand_in, arcref):
     result = build(arcref)
     record = json.loads(Path("build/hx8k/build.json").read_text())
-    assert (record["has_link"], record["baud"], record["capture_depth"]) == (False, None, None)
-    assert "serial link    none, SPI alone\n" in result.stdout
+    assert (record["has_link"], record["baud"], record["capture_depth"]) == (True, 3_000_000, 256)
+    assert "serial link    UART at 3 Mbaud, 256 captures\n" in result.stdout
     assert build_output(record) in result.stdout
-    linked = build_output(record | {"has_link": True, "baud": 3_000_000, "capture_depth": 256})
-    assert "serial link    UART at 3 Mbaud, 256 captures\n" in linked
+    without = build_output(record | {"has_link": False, "baud": None, "capture_depth": None})
+    assert "serial link    none, SPI alone\n" in without
     page = fill_outputs("before\n<!-- output build -->\nold\n<!-- end build -->\nafter\n", {"build": result.stdout})
     assert page.startswith(
         "before\n<!-- output build -->\n    board          Lattice iCE40-HX8K breakout board, iCE40HX8K"
