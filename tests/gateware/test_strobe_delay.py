@@ -154,7 +154,7 @@ def test_the_longest_delays(delay, rng):
 @pytest.mark.parametrize("delay", range(9))
 def test_two_strobes_due_in_one_word_give_the_first_and_a_refusal(samples_per_word, delay):
     if samples_per_word < 4:
-        strobe = np.tile([False, True], 30)[: 48]
+        strobe = np.tile([False, True], 30)[:48]
         captured, refused = assert_as_model(samples_per_word, strobe, delay)
         assert (captured, refused) == (24, 0), "one rise a word at most fits in here"
         return

@@ -27,8 +27,7 @@ def test_the_first_valid_word_is_number_0_and_every_one_counts(start_clock):
 def test_every_segment_boundary_is_crossed(boundary, monkeypatch):
     start = boundary - 20
     segments = {
-        f"segment{place}": start >> low & (1 << high - low) - 1
-        for place, (low, high) in enumerate(segment_bounds(48))
+        f"segment{place}": start >> low & (1 << high - low) - 1 for place, (low, high) in enumerate(segment_bounds(48))
     }
 
     def signal(*shape, name=None, **options):

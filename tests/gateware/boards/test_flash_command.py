@@ -149,9 +149,7 @@ def test_every_failure_gets_a_sentence(output, status, sentence, board, built, a
 
 
 def test_success_is_not_taken_for_failure():
-    told = (
-        "write to flash\nEnable configuration: DONE\nSRAM erase: DONE\nErasing: 100.00%\nDone\nVerifying: DONE"
-    )
+    told = "write to flash\nEnable configuration: DONE\nSRAM erase: DONE\nErasing: 100.00%\nDone\nVerifying: DONE"
     assert not failed(told)
 
 
