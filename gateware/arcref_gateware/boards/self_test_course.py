@@ -4,7 +4,7 @@ With a link the host turns the generator, by the registers `generator_control` a
 """
 
 import numpy as np
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import Out
 
@@ -43,11 +43,20 @@ class SelfTestCourse(wiring.Component):
         legs_left = Signal(range(self.legs + 1), init=self.legs - 1)
         legs_then = Signal.like(legs_left)
         leg = Signal(2)  # the third and later are all 2
+        # One less, in two halves a clock apart: there are `LEG_WORDS` clocks for it.
+        half = (len(legs_left) + 1) // 2
+        low, high = legs_left[:half], legs_left[half:]
+        fewer_low, fewer_high = Signal.like(low), Signal.like(high)
+        low_is_zero, high_is_zero = Signal(), Signal()
         m.d.sync += [
             words.eq(words + 1),
             next_leg.eq(words == LEG_WORDS - 2),
-            last_part.eq(legs_left == 0),
-            legs_then.eq(Mux(last_part, self.legs - 1, legs_left - 1)),
+            low_is_zero.eq(low == 0),
+            high_is_zero.eq(high == 0),
+            last_part.eq(low_is_zero & high_is_zero),
+            fewer_low.eq(low - 1),
+            fewer_high.eq(high - low_is_zero),
+            legs_then.eq(Mux(last_part, self.legs - 1, Cat(fewer_low, fewer_high))),
         ]
         with m.If(next_leg):
             m.d.sync += legs_left.eq(legs_then)
