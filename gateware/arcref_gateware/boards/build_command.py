@@ -180,7 +180,7 @@ def build_record(board: Board, placed: PlacedDesign, *, self_test: SelfTest | No
         "block_rams_available": report.block_rams_available,
         "clocks": [dataclasses.asdict(clock) for clock in report.clocks],
         "seed": placed.seed,
-        "seeds_tried": {str(seed): tried.word_clock_reached_hz for seed, tried in placed.tried.items()},
+        "seeds_tried": {str(seed): report and report.word_clock_reached_hz for seed, report in placed.tried.items()},
         "synthesis_options": list(board.synthesis_options),
         "strobe_delay_samples": strobe_delay,
         "has_link": board.has_link,

@@ -74,8 +74,8 @@ class PlacedDesign:
     report: TimingReport
     seed: int
     log: str
-    tried: dict[int, TimingReport] = field(default_factory=dict)
-    """The report of every seed that was tried, this one the last."""
+    tried: dict[int, TimingReport | None] = field(default_factory=dict)
+    """The report of every seed that was tried, this one the last; None where the router came to no end."""
 
 
 def place_and_route(board: Board, top, progress: Progress = lambda text, part: None) -> PlacedDesign:
@@ -109,19 +109,21 @@ def place_and_route(board: Board, top, progress: Progress = lambda text, part: N
             try:
                 log, report = _try_seed(board, routing, seed, folder, number, progress)
             except _NotRouted:
+                tried[seed] = None
                 continue
             tried[seed] = report
             if report.misuse:
-                raise TimingFailed("; ".join(report.problems), tried, log)
+                raise TimingFailed("; ".join(report.problems), {seed: report}, log)
             if not report.missed:
                 progress("packing the bitstream", 1.0)
                 return PlacedDesign(_pack(board, folder), report, seed, log, tried)
-    if not tried:
-        raise TimingFailed("the router came to no end with any seed: the part is too full, or name other seeds", {}, "")
-    best = max(tried, key=lambda seed: _margin(tried[seed]))
+    routed = {seed: report for seed, report in tried.items() if report is not None}
+    if not routed:
+        raise TimingFailed(f"the router came to no end with any of {len(tried)} seeds", {}, "")
+    best = max(routed, key=lambda seed: _margin(routed[seed]))
     seeds = f"seed {best}" if len(tried) == 1 else f"the best of {len(tried)} seeds, {best}"
-    text = f"the timing does not hold with {seeds}: {'; '.join(tried[best].missed)}"
-    raise TimingFailed(text, tried, log)
+    text = f"the timing does not hold with {seeds}: {'; '.join(routed[best].missed)}"
+    raise TimingFailed(text, routed, log)
 
 
 def _before_synthesis(family: str) -> str:

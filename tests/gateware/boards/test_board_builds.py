@@ -73,6 +73,14 @@ def build(folder):
     return built
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("board", ["ulx3s", "hx8k", "icebreaker"])
+def test_the_timing_holds_with_the_test_generator_too(board, folder):
+    options = ["--constraints", CONSTRAINTS, "--build-folder", "self_test", "--self-test", 10]
+    done = arcref(folder, "build", "--board", board, "--rom", "one.rom.json", *options)
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.parametrize("board", BOARDS)
 def test_the_timing_of_the_complete_design_holds(board, build):
     record = json.loads(build(board).with_name("build.json").read_text())
